@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -38,7 +39,7 @@ class CameraModel {
   using PixelByPoint = Eigen::Matrix<double, 2, 3>;  ///< d(pixel)/d(point), px per metre
   using RayByPixel = Eigen::Matrix<double, 3, 2>;    ///< d(unit ray)/d(pixel), per px
 
-  /// Throws std::invalid_argument with check()'s message.
+  /// Throws std::invalid_argument with check()'s message, or where map_from_camera is no rigid motion.
   CameraModel(const Intrinsics& intrinsics, const Eigen::Isometry3d& map_from_camera);
 
   const Intrinsics& intrinsics() const { return intrinsics_; }
@@ -47,7 +48,8 @@ class CameraModel {
   /// A point in the optical frame to its pixel (which may lie outside the picture). None where the model
   /// does not hold: behind a pinhole camera, or further out than the radius at which the distortion
   /// folds back, where two directions would share one pixel.
-  std::optional<Pixel> pixel_from_camera(const Eigen::Vector3d& point, PixelByPoint* jacobian = nullptr) const;
+  std::optional<Pixel> pixel_from_camera(const Eigen::Vector3d& point,
+                                         PixelByPoint* jacobian = nullptr) const;
 
   /// The unit ray in the optical frame through a pixel: inverse of pixel_from_camera to 1e-9. None where
   /// no direction within the model's range has this pixel.
@@ -65,10 +67,25 @@ class CameraModel {
   bool sees(const Pixel& pixel, double margin_px = 0.0) const;
 
  private:
+  /// A direction in the lens's own plane: tangents x/z, y/z (brown_conrady) or, for the angles of a
+  /// fisheye, ideal(theta) * direction. `distorted` is the pixel less the centre, over the focal lengths.
+  struct Distorted;
+
+  Distorted distort_brown_conrady(const Eigen::Vector2d& tangent) const;
+  std::optional<Eigen::Vector2d> undistort_brown_conrady(const Eigen::Vector2d& distorted) const;
+  std::optional<Pixel> brown_conrady_pixel(const Eigen::Vector3d& point, PixelByPoint* jacobian) const;
+  std::optional<Pixel> kannala_brandt_pixel(const Eigen::Vector3d& point, PixelByPoint* jacobian) const;
+  std::optional<Eigen::Vector3d> brown_conrady_ray(const Eigen::Vector2d& distorted,
+                                                   RayByPixel* jacobian) const;
+  std::optional<Eigen::Vector3d> kannala_brandt_ray(const Eigen::Vector2d& distorted,
+                                                    RayByPixel* jacobian) const;
+
   Intrinsics intrinsics_;
   Eigen::Isometry3d map_from_camera_;
   Eigen::Isometry3d camera_from_map_;
-  double max_radius_ = 0.0;  ///< the model's range: tangent (brown_conrady) or angle (kannala_brandt)
+  /// The model's range, not itself part of it: tangent of the angle from the optical axis
+  /// (brown_conrady) or the angle in radians (kannala_brandt).
+  double max_radius_ = 0.0;
 };
 
 }  // namespace skylight
