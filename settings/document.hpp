@@ -43,9 +43,15 @@ struct Node {
   const Node* find(std::string_view key) const;
 };
 
+/// Where values come from.
+struct Source {
+  std::string name;  ///< of the text, or what set the value
+  std::string text;  ///< of a single value that was set, as given: where a string is wanted, `7` is one
+};
+
 struct Document {
   Node root;
-  std::vector<std::string> sources;  ///< [0] names the text; then one per value that was set
+  std::vector<Source> sources;  ///< [0] the text; then one per value that was set
 };
 
 /// Reads a JSON text; `name` is how errors call it. Refused with line and key path: what is no JSON (but //
@@ -60,6 +66,9 @@ Document load(const std::filesystem::path& file);
 /// making the objects on the way. `value` is JSON, or else taken as a string. Errors found later in it are
 /// told as coming from `origin` (`--set`, `SKYLIGHT_SERVER__PORT`).
 void set(Document& document, std::string_view path, std::string_view value, std::string origin);
+
+/// The node at `path` below `node`, or the last one on the way to it that exists.
+const Node& nearest_node(const Node& node, std::string_view path);
 
 /// set() from one `key.path=value` text.
 void set(Document& document, std::string_view assignment, std::string origin);

@@ -78,6 +78,7 @@ class Fields {
 
  private:
   const Node* take(std::string_view key, const Rules& rules);
+  void finish_definition();
   void add_property(std::string_view key, const Rules& rules, detail::Json& property);
   /// All three modes for a key that takes one of the names; `current` is the default and becomes what was
   /// read.
