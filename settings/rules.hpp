@@ -11,8 +11,8 @@ namespace skylight::settings {
 /// literals.
 struct Rules {
   std::optional<double> min{};        ///< smallest allowed number
-  std::optional<double> max{};        ///< largest allowed number
   std::optional<double> above{};      ///< numbers must be greater than this
+  std::optional<double> max{};        ///< largest allowed number
   std::optional<double> below{};      ///< numbers must be less than this
   std::string_view unit{};            ///< "m", "rad/s"; told in errors and descriptions
   std::size_t min_items = 0;          ///< of a list or map

@@ -97,7 +97,7 @@ struct Setter {
       node.kind = step.index ? Node::Kind::array : Node::Kind::object;
     }
     if (node.kind == Node::Kind::scalar)
-      fail("cannot be set: " + step.key + " is asked of a value that holds nothing");
+      fail("cannot be set: what " + printable(step.key, 64) + " is asked of holds no keys");
     if (node.kind == Node::Kind::array) {
       if (!step.index)
         fail("cannot be set: the list has entries [0], [1] ... and no key " + printable(step.key, 64));
