@@ -18,9 +18,13 @@ namespace skylight {
 using Time = std::chrono::sys_time<std::chrono::nanoseconds>;
 using Duration = std::chrono::nanoseconds;
 
-inline double to_seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+inline double to_seconds(Duration d) {
+  return std::chrono::duration<double>(d).count();
+}
 /// Nearest nanosecond; |seconds| must be below 9.2e9.
-inline Duration from_seconds(double seconds) { return Duration{std::llround(seconds * 1e9)}; }
+inline Duration from_seconds(double seconds) {
+  return Duration{std::llround(seconds * 1e9)};
+}
 
 /// A place in an image, pixels; the centre of the top-left pixel is (0, 0), as in OpenCV.
 using Pixel = Eigen::Vector2d;
@@ -70,13 +74,14 @@ struct Frame {
   std::uint64_t sequence = 0;  ///< counts up by one per frame of this camera; a gap tells of dropped frames
   Time captured{};             ///< midpoint of the exposure
   cv::Mat image;               ///< CV_8UC1 (grey) or CV_8UC3 (BGR)
-  cv::Mat depth;  ///< empty, or CV_16UC1 of the image's size: millimetres along the optical axis, 0 = no reading
+  cv::Mat
+      depth;  ///< empty, or CV_16UC1 of the image's size: millimetres along the optical axis, 0 = no reading
 };
 
 /// A detection carried to the floor.
 struct Observation {
   Time captured{};
-  Pose2 pose;
+  Pose2 pose{};
   Covariance3 covariance = Covariance3::Identity();
   PoseSource source = PoseSource::orb;
   std::size_t camera = 0;
@@ -89,17 +94,17 @@ struct Observation {
 /// A filter's answer for one instant.
 struct Estimate {
   Time at{};
-  Pose2 pose;
+  Pose2 pose{};
   Covariance3 covariance = Covariance3::Identity();
-  Velocity2 velocity;
+  Velocity2 velocity{};
 };
 
 /// One line of a robot's history: everything that is known of it at one instant.
 struct HistoryEntry {
   Time captured{};
   TrackState state = TrackState::searching;
-  std::optional<Observation> measured;  ///< none where nothing was detected
-  std::optional<Estimate> filtered;     ///< none while searching, calibrating or lost
+  std::optional<Observation> measured{};  ///< none where nothing was detected
+  std::optional<Estimate> filtered{};     ///< none while searching, calibrating or lost
 };
 
 }  // namespace skylight
