@@ -38,7 +38,7 @@ inline constexpr std::string_view kPassedHeaders[] = {"accept",        "content-
 struct Reply {
   int status = 200;  ///< 200 to 599
   std::string content_type = "application/json";
-  std::string body;
+  std::string body = {};
   /// Further headers. They replace the front's defaults (Cache-Control: no-store and the like). Length,
   /// Connection, Date and Transfer-Encoding belong to the front; a name or value that does not fit into
   /// a header line is left out.

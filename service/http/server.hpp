@@ -47,14 +47,14 @@ struct ServerOptions {
   std::size_t max_target_bytes = 4 * 1024;   ///< 64 to 8000
   std::size_t max_connections =
       1000;  ///< one more cuts the connection that has been idle longest. 1 to 100000
-  Deadlines deadlines;
+  Deadlines deadlines = {};
   /// Names (without port) that Host may say, besides the loopback names and the address it came in on.
-  std::vector<std::string> allowed_hosts;
+  std::vector<std::string> allowed_hosts = {};
   /// Origins ("https://lab.example:8443") that may write, besides the page served here.
-  std::vector<std::string> allowed_origins;
+  std::vector<std::string> allowed_origins = {};
   /// Told of what an operator should know (an exception in a handler, no more file descriptors). From any
   /// thread, one line, without its end. None: dropped.
-  std::function<void(const std::string&)> log;
+  std::function<void(const std::string&)> log = {};
 };
 
 class Server {
