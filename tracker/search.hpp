@@ -1,0 +1,20 @@
+// The whole-floor search: a sweep over parts of the frame that carries on from frame to frame.
+#pragma once
+
+#include <opencv2/core/types.hpp>
+
+namespace skylight {
+
+/// Covers a picture with overlapping tiles, one per call, for ever.
+class Sweep {
+ public:
+  /// The next tile of a picture of `size`; neighbours overlap by `overlap_px`, so that a robot that wide
+  /// lies whole in one of them. The tile is grown where it would be less than twice the overlap.
+  cv::Rect next(const cv::Size& size, int tile_px, int overlap_px);
+  void restart() { index_ = 0; }
+
+ private:
+  int index_ = 0;
+};
+
+}  // namespace skylight

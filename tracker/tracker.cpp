@@ -1,0 +1,347 @@
+#include "tracker/tracker.hpp"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+#include <variant>
+
+#include "tracker/heading.hpp"
+#include "tracker/search.hpp"
+
+namespace skylight {
+namespace {
+
+constexpr std::string_view kNotWhereExpected =
+    "not found where it was expected: covered, or unlike its picture";
+constexpr std::string_view kSearching = "being searched for over the whole floor";
+constexpr std::string_view kTakenPlace = "what looked like it is another robot that stands there";
+constexpr std::string_view kOutOfView = "outside this camera's picture";
+constexpr std::string_view kNoHomography = "too few matched points agree on a homography";
+
+// One robot: its detector, what the detector needs from frame to frame, filter and history.
+struct Track {
+  Track(const RobotSpec& robot, const TrackerConfig& config)
+      : spec(robot),
+        prior(config.prior),
+        heading(robot.appearance->heading_turns(), robot.appearance->centre_m()),
+        filter(robot.filter),
+        history(config.history) {
+    make_detector(config);
+  }
+
+  void make_detector(const TrackerConfig& config) {
+    orb.reset();
+    homography.reset();
+    if (spec.detector == DetectorKind::orb) {
+      orb.emplace(spec.appearance, config.orb);
+    } else {
+      homography.emplace(spec.appearance, spec.homography);
+    }
+  }
+
+  double surface_height_m() const {
+    return spec.surface_height_m.value_or(spec.appearance->picture().surface_height_m);
+  }
+
+  RobotSpec spec;
+  std::optional<OrbDetector> orb;
+  std::optional<HomographyDetector> homography;
+  MotionPrior prior;
+  HeadingResolver heading;
+  Sweep sweep;
+  WindowFilter filter;
+  PoseHistory history;
+  std::optional<Observation> last_measured;
+  int frames_since_audit = 0;
+
+  // Of the frame at hand.
+  std::optional<Prior> expected;
+  std::optional<Observation> observed;
+  bool searched = false;  ///< observed (or not) by the whole-floor search
+  std::string_view reason;
+  TrackState state = TrackState::searching;
+};
+
+void check_spec(const RobotSpec& spec) {
+  if (spec.id.empty()) throw std::invalid_argument("a robot needs an id");
+  const std::string name = "robot '" + spec.id + "': ";
+  if (!spec.appearance) throw std::invalid_argument(name + "it has no appearance");
+  if (const std::string wrong = check(spec.filter); !wrong.empty()) throw std::invalid_argument(name + wrong);
+  if (const std::string wrong = check(spec.homography); !wrong.empty())
+    throw std::invalid_argument(name + wrong);
+  if (spec.surface_height_m && !(*spec.surface_height_m >= -1.0 && *spec.surface_height_m <= 5.0)) {
+    throw std::invalid_argument(name + "surface_height_m is " + std::to_string(*spec.surface_height_m) +
+                                ", allowed -1 to 5");
+  }
+  if (spec.initial_pose && !(std::isfinite(spec.initial_pose->x) && std::isfinite(spec.initial_pose->y) &&
+                             std::isfinite(spec.initial_pose->yaw))) {
+    throw std::invalid_argument(name + "initial_pose is not finite");
+  }
+}
+
+void check_config(const TrackerConfig& config) {
+  if (config.search.tile_px < 64 || config.search.tile_px > 4096) {
+    throw std::invalid_argument("search.tile_px is " + std::to_string(config.search.tile_px) +
+                                ", allowed 64 to 4096");
+  }
+  if (config.search.steps_per_frame < 1 || config.search.steps_per_frame > 100) {
+    throw std::invalid_argument("search.steps_per_frame is " + std::to_string(config.search.steps_per_frame) +
+                                ", allowed 1 to 100");
+  }
+  if (config.audit_interval < 0) {
+    throw std::invalid_argument("audit_interval is " + std::to_string(config.audit_interval) +
+                                ", allowed 0 and up");
+  }
+}
+
+}  // namespace
+
+void run_in_order(std::size_t count, const std::function<void(std::size_t)>& task) {
+  for (std::size_t i = 0; i < count; ++i) task(i);
+}
+
+struct Tracker::Impl {
+  std::vector<CameraModel> cameras;
+  TrackerConfig config;
+  Executor executor;
+  std::vector<std::unique_ptr<Track>> tracks;
+  std::size_t search_turn = 0;  ///< which of the searched robots goes first
+
+  void check_frame(const Frame& frame) const;
+  std::map<int, HomographyFeatures> shared_features(const Frame& frame) const;
+  void detect(Track& track, const Frame& frame, const std::map<int, HomographyFeatures>& features) const;
+  void detect_orb(Track& track, const Frame& frame) const;
+  void search(const Frame& frame);
+  void search_step(Track& track, const Frame& frame) const;
+  void refuse_taken_places();
+  RobotReport update(Track& track, const Frame& frame) const;
+  Track* find(std::string_view id) const;
+};
+
+void Tracker::Impl::check_frame(const Frame& frame) const {
+  if (frame.camera >= cameras.size()) {
+    throw std::invalid_argument("frame of camera " + std::to_string(frame.camera) + ", there are " +
+                                std::to_string(cameras.size()));
+  }
+  const Intrinsics& camera = cameras[frame.camera].intrinsics();
+  if (frame.image.empty() || (frame.image.type() != CV_8UC1 && frame.image.type() != CV_8UC3)) {
+    throw std::invalid_argument("a frame must have 8 bits and 1 or 3 channels");
+  }
+  if (frame.image.cols != camera.width_px || frame.image.rows != camera.height_px) {
+    throw std::invalid_argument("the frame is " + std::to_string(frame.image.cols) + " x " +
+                                std::to_string(frame.image.rows) + " px, the camera's intrinsics are for " +
+                                std::to_string(camera.width_px) + " x " + std::to_string(camera.height_px));
+  }
+  if (!frame.depth.empty() && (frame.depth.type() != CV_16UC1 || frame.depth.size() != frame.image.size())) {
+    throw std::invalid_argument("depth must have 16 bits, one channel and the image's size");
+  }
+}
+
+std::map<int, HomographyFeatures> Tracker::Impl::shared_features(const Frame& frame) const {
+  std::map<int, HomographyFeatures> features;
+  for (const auto& track : tracks) {
+    if (!track->homography) continue;
+    const int count = track->homography->config().features;
+    if (!features.contains(count)) features.emplace(count, extract_homography_features(frame.image, count));
+  }
+  return features;
+}
+
+void Tracker::Impl::detect(Track& track, const Frame& frame,
+                           const std::map<int, HomographyFeatures>& features) const {
+  track.observed.reset();
+  track.searched = false;
+  track.reason = {};
+  if (track.homography) {
+    const auto& scene = features.at(track.homography->config().features);
+    track.observed = track.homography->detect(frame, scene, cameras[frame.camera], track.surface_height_m());
+    if (!track.observed) track.reason = kNoHomography;
+    return;
+  }
+  if (track.spec.initial_pose && !track.last_measured && !track.prior.last()) {
+    track.prior.place(*track.spec.initial_pose, frame.captured);
+  }
+  track.expected = track.prior.at(frame.captured);
+  if (track.expected) {
+    detect_orb(track, frame);
+  } else {
+    track.reason = kSearching;
+    track.searched = true;
+    track.heading.forget();
+  }
+}
+
+void Tracker::Impl::detect_orb(Track& track, const Frame& frame) const {
+  const CameraModel& camera = cameras[frame.camera];
+  const double height = track.surface_height_m();
+  const Pose2& at = track.expected->pose;
+  const auto pixel = camera.pixel_from_map({at.x, at.y, height});
+  if (!pixel || !camera.sees(*pixel)) {
+    track.reason = kOutOfView;
+    return;
+  }
+  track.observed = track.orb->detect_near(frame, camera, *track.expected, height);
+  if (!track.observed) {
+    track.reason = kNotWhereExpected;
+    return;
+  }
+  if (config.audit_interval > 0 && ++track.frames_since_audit >= config.audit_interval) {
+    track.frames_since_audit = 0;
+    if (auto better = track.orb->audit(frame, camera, *track.observed, height)) track.observed = better;
+  }
+}
+
+// Robots without an expectation share a bounded number of steps per frame, each in its turn.
+void Tracker::Impl::search(const Frame& frame) {
+  std::vector<Track*> waiting;
+  for (const auto& track : tracks) {
+    if (track->searched) waiting.push_back(track.get());
+  }
+  if (waiting.empty()) return;
+  const auto steps = static_cast<std::size_t>(config.search.steps_per_frame);
+  for (std::size_t step = 0; step < steps; ++step) {
+    Track& track = *waiting[search_turn++ % waiting.size()];
+    if (!track.observed) search_step(track, frame);
+  }
+}
+
+void Tracker::Impl::search_step(Track& track, const Frame& frame) const {
+  const CameraModel& camera = cameras[frame.camera];
+  const double height = track.surface_height_m();
+  const Intrinsics& in = camera.intrinsics();
+  Eigen::Matrix2d metres_by_px;
+  if (!camera.plane_from_pixel({in.cx_px, in.cy_px}, height, &metres_by_px)) return;
+  const double robot_px =
+      track.spec.appearance->size_m().norm() / std::sqrt(std::abs(metres_by_px.determinant()));
+  const cv::Rect tile =
+      track.sweep.next(frame.image.size(), config.search.tile_px, static_cast<int>(std::ceil(robot_px)));
+  track.observed = track.orb->find_in(frame, camera, tile, height);
+}
+
+// Two robots cannot stand in one place: who was tracked there keeps it, else who fits better.
+void Tracker::Impl::refuse_taken_places() {
+  for (const auto& a : tracks) {
+    for (const auto& b : tracks) {
+      if (a == b || !a->observed || !b->observed) continue;
+      const double apart = (a->observed->pose.position() - b->observed->pose.position()).norm();
+      const double least =
+          0.5 * std::min(a->spec.appearance->size_m().minCoeff(), b->spec.appearance->size_m().minCoeff());
+      if (apart >= least) continue;
+      const bool a_stays =
+          a->searched != b->searched ? b->searched : a->observed->score >= b->observed->score;
+      Track& loser = a_stays ? *b : *a;
+      loser.observed.reset();
+      loser.reason = kTakenPlace;
+    }
+  }
+}
+
+RobotReport Tracker::Impl::update(Track& track, const Frame& frame) const {
+  if (track.observed) {
+    if (track.searched) track.sweep.restart();
+    track.heading.apply(*track.observed, track.expected ? std::optional(track.expected->pose) : std::nullopt);
+    track.prior.observe(*track.observed);
+    track.last_measured = track.observed;
+  }
+  RobotReport report{.id = track.spec.id, .reason = track.reason, .measured = track.observed};
+  const FilterStep step = track.filter.update(frame.captured, track.observed);
+  track.state = step.state;
+  report.state = step.state;
+  report.filtered = step.estimate;
+  track.history.append({.captured = frame.captured,
+                        .state = step.state,
+                        .measured = track.observed,
+                        .filtered = step.estimate});
+  return report;
+}
+
+Track* Tracker::Impl::find(std::string_view id) const {
+  const auto at =
+      std::find_if(tracks.begin(), tracks.end(), [&](const auto& track) { return track->spec.id == id; });
+  return at == tracks.end() ? nullptr : at->get();
+}
+
+Tracker::Tracker(std::vector<CameraModel> cameras, const TrackerConfig& config, Executor executor)
+    : impl_(std::make_unique<Impl>()) {
+  if (cameras.empty()) throw std::invalid_argument("a tracker needs at least one camera");
+  check_config(config);
+  impl_->cameras = std::move(cameras);
+  impl_->config = config;
+  impl_->executor = std::move(executor);
+}
+
+Tracker::~Tracker() = default;
+Tracker::Tracker(Tracker&&) noexcept = default;
+Tracker& Tracker::operator=(Tracker&&) noexcept = default;
+
+const std::vector<CameraModel>& Tracker::cameras() const {
+  return impl_->cameras;
+}
+
+void Tracker::add(const RobotSpec& spec) {
+  check_spec(spec);
+  if (impl_->find(spec.id) != nullptr)
+    throw std::invalid_argument("robot '" + spec.id + "' is there already");
+  impl_->tracks.push_back(std::make_unique<Track>(spec, impl_->config));
+}
+
+bool Tracker::change(const RobotSpec& spec) {
+  Track* track = impl_->find(spec.id);
+  if (track == nullptr) return false;
+  check_spec(spec);
+  auto changed = std::make_unique<Track>(spec, impl_->config);
+  changed->history = std::move(track->history);
+  changed->prior = track->prior;
+  changed->last_measured = track->last_measured;
+  for (auto& slot : impl_->tracks) {
+    if (slot.get() == track) {
+      slot = std::move(changed);
+      break;
+    }
+  }
+  return true;
+}
+
+bool Tracker::remove(std::string_view id) {
+  return std::erase_if(impl_->tracks, [&](const auto& track) { return track->spec.id == id; }) > 0;
+}
+
+std::vector<RobotSpec> Tracker::robots() const {
+  std::vector<RobotSpec> specs;
+  for (const auto& track : impl_->tracks) specs.push_back(track->spec);
+  return specs;
+}
+
+std::vector<RobotReport> Tracker::process(const Frame& frame) {
+  impl_->check_frame(frame);
+  // 1. What all robots share of this frame.
+  const auto features = impl_->shared_features(frame);
+  // 2. Each robot is looked for where it is expected.
+  impl_->executor(impl_->tracks.size(),
+                  [&](std::size_t i) { impl_->detect(*impl_->tracks[i], frame, features); });
+  // 3. Those that are expected nowhere are searched, a bounded share per frame.
+  impl_->search(frame);
+  // 4. One place, one robot.
+  impl_->refuse_taken_places();
+  // 5. Filter and history.
+  std::vector<RobotReport> reports;
+  reports.reserve(impl_->tracks.size());
+  for (const auto& track : impl_->tracks) reports.push_back(impl_->update(*track, frame));
+  return reports;
+}
+
+std::vector<RobotView> Tracker::views() const {
+  std::vector<RobotView> views;
+  views.reserve(impl_->tracks.size());
+  for (const auto& track : impl_->tracks) {
+    views.push_back({.id = track->spec.id,
+                     .state = track->state,
+                     .reason = track->reason,
+                     .history = track->history.view(),
+                     .filter = std::make_shared<const WindowFilter>(track->filter),
+                     .last_measured = track->last_measured});
+  }
+  return views;
+}
+
+}  // namespace skylight

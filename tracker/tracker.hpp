@@ -1,0 +1,104 @@
+// One tracker per robot over shared frame work: frames in, poses out.
+//
+// No thread, clock, file or socket in here. process() is called by one thread; what it hands out
+// (reports, history views, filters) are values that other threads may keep.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tracker/appearance.hpp"
+#include "tracker/camera.hpp"
+#include "tracker/detect/homography.hpp"
+#include "tracker/detect/orb_detector.hpp"
+#include "tracker/filter/window.hpp"
+#include "tracker/history.hpp"
+#include "tracker/motion_prior.hpp"
+
+namespace skylight {
+
+enum class DetectorKind : std::uint8_t { orb, homography };
+
+struct RobotSpec {
+  std::string id;  ///< not empty, unique in a tracker
+  std::shared_ptr<const Appearance> appearance;
+  std::optional<double>
+      surface_height_m;  ///< of this robot's picture, where a payload raises it; none: the appearance's
+  DetectorKind detector = DetectorKind::orb;
+  WindowFilterConfig filter;
+  HomographyConfig homography;
+  std::optional<Pose2> initial_pose;  ///< where it stands at the first frame, if known
+};
+
+struct SearchConfig {
+  int tile_px =
+      256;  ///< side of the part of a frame that one step of a whole-floor search looks at, 64 to 4096
+  int steps_per_frame = 1;  ///< tiles looked at per frame, over all robots that are searched: 1 to 100
+};
+
+struct TrackerConfig {
+  OrbDetectorConfig orb;
+  MotionPriorConfig prior;
+  SearchConfig search;
+  HistoryLimits history;
+  int audit_interval = 60;  ///< frames between second opinions on a tracked robot, 0: never
+};
+
+/// Runs task(0) ... task(count - 1), in any order and in parallel if it likes, and returns when all are
+/// done. Results do not depend on it.
+using Executor = std::function<void(std::size_t count, const std::function<void(std::size_t)>& task)>;
+void run_in_order(std::size_t count, const std::function<void(std::size_t)>& task);
+
+/// What one frame told about one robot.
+struct RobotReport {
+  std::string id;
+  TrackState state = TrackState::searching;
+  std::string_view reason;                ///< in words, why there is no observation; empty if there is one
+  std::optional<Observation> measured{};  ///< what this frame shows
+  std::optional<Estimate> filtered{};
+};
+
+/// Everything known of one robot up to a frame; a value to keep and to read from any thread.
+struct RobotView {
+  std::string id;
+  TrackState state = TrackState::searching;
+  std::string_view reason;
+  HistoryView history;
+  std::shared_ptr<const Filter> filter;  ///< as it was after that frame: predict() from it
+  std::optional<Observation> last_measured{};
+};
+
+class Tracker {
+ public:
+  /// Throws std::invalid_argument for no camera or a setting out of range.
+  explicit Tracker(std::vector<CameraModel> cameras, const TrackerConfig& config = {},
+                   Executor executor = run_in_order);
+  ~Tracker();
+  Tracker(Tracker&&) noexcept;
+  Tracker& operator=(Tracker&&) noexcept;
+
+  const std::vector<CameraModel>& cameras() const;
+
+  /// Throws std::invalid_argument: no id, no appearance, an id that is taken, settings out of range.
+  void add(const RobotSpec& spec);
+  /// Replaces a robot's settings, its history stays. False where there is no such robot; throws as add().
+  bool change(const RobotSpec& spec);
+  bool remove(std::string_view id);
+  std::vector<RobotSpec> robots() const;
+
+  /// One frame, in the order of capture per camera. Throws std::invalid_argument for a frame that cannot
+  /// be looked at (no such camera, empty, another size or type than the camera's): nothing has changed then.
+  std::vector<RobotReport> process(const Frame& frame);
+
+  std::vector<RobotView> views() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace skylight
