@@ -1,9 +1,8 @@
-// From the room and the robots' poses to the light on a camera's sensor.
+// From the robots' poses to the light on a camera's sensor.
 //
-// The standing scene (floor, walls) is drawn once per camera. In every frame only the robots' surroundings
-// are traced: sixteen rays a pixel, spread over the pixel's area and, with them, over the exposure, so that
-// edges and motion blur are the mean over both. Sampling is symmetric about the pixel's centre and the
-// exposure's midpoint: it shifts nothing.
+// In every frame only the robots' surroundings are traced, over the standing picture: sixteen rays a pixel,
+// spread over the pixel's area and, with it, over the exposure, so that edges and motion blur are the mean
+// over both. Sampling is symmetric about the pixel's centre and the exposure's midpoint: it shifts nothing.
 //
 // The sensor is linear: grey levels are proportional to light (no gamma), as EMVA 1288 has it.
 #pragma once
@@ -15,10 +14,13 @@
 #include <opencv2/core/mat.hpp>
 
 #include "sim/camera_model.hpp"
+#include "sim/light.hpp"
 #include "sim/noise.hpp"
+#include "sim/rays.hpp"
 #include "sim/robot_model.hpp"
 #include "sim/scenario.hpp"
 #include "sim/solids.hpp"
+#include "sim/standing.hpp"
 #include "sim/textures.hpp"
 #include "tracker/types.hpp"
 
@@ -31,19 +33,16 @@ struct RobotLook {
   double metres_per_px = 0.001;
 };
 
-/// Where robots are during one exposure.
-struct Exposure {
-  /// Pose of a robot at a share of the exposure, 0 to 1; 0.5 is the midpoint.
-  std::function<Pose2(std::size_t robot, double share)> pose;
-};
+/// Pose of a robot at a share of the exposure, 0 to 1; 0.5 is the midpoint.
+using PoseDuring = std::function<Pose2(std::size_t robot, double share)>;
 
 class Renderer {
  public:
-  /// The scene as it stands in the scenario, for one of its cameras. Draws the standing scene.
+  /// The scene as it stands in the scenario, for one of its cameras. Draws the standing picture.
   Renderer(const Scenario& scenario, const CameraSpec& camera, const FloorTexture& floor);
 
   /// Draws the robots; the results are valid until the next call.
-  void draw(const std::vector<RobotLook>& robots, const Exposure& exposure);
+  void draw(const std::vector<RobotLook>& robots, const PoseDuring& pose);
 
   const cv::Mat& mean() const { return mean_; }    ///< CV_16UC3, 1/128 grey
   const cv::Mat& scale() const { return scale_; }  ///< CV_16UC3, SensorNoise::scale() of the mean
@@ -54,26 +53,29 @@ class Renderer {
 
  private:
   struct Placed;
-  void cast_rays();
-  void draw_standing_row(const std::vector<Solid>& walls, const FloorTexture& floor, int row);
+  struct Candidate;
+  struct Seen;
   void restore();
+  Placed place(const RobotLook& look, std::size_t index, const PoseDuring& pose) const;
   void draw_region(const std::vector<Placed>& placed, std::size_t index);
-  void draw_pixel(const std::vector<const Placed*>& candidates, int x, int y);
-  Bgr shade(const Placed& placed, const Ray& ray, const Hit& hit) const;
-  float light_at(double x, double y) const;
-  float vignette(int x, int y) const;
-  void put(int x, int y, const Bgr& grey);
+  void draw_pixel(const std::vector<const Placed*>& robots, std::vector<Candidate>& scratch,
+                  const cv::Point& at);
+  Seen trace(const std::vector<Candidate>& candidates, std::size_t sample, const Eigen::Vector3d& direction,
+             double limit) const;
+  Bgr shade(const Seen& seen) const;
+  double shadow(const std::vector<const Placed*>& robots, const Eigen::Vector3d& direction) const;
 
-  Scenario scenario_;
-  CameraSpec spec_;
   CameraModel camera_;
+  Light light_;
   SensorNoise noise_;
+  RayField rays_;
+  StandingPicture standing_;
+  double contact_shadow_;
+  double sample_angle_;   ///< between neighbouring samples in the picture's middle, radians
   Eigen::Vector3d eye_;   ///< the camera in `map`
   Eigen::Vector3d axis_;  ///< its optical axis in `map`
-  cv::Mat rays_;          ///< CV_64FC3, (height + 2) x (width + 2): directions in `map` at the pixel centres
-  cv::Mat standing_mean_, standing_scale_, standing_metres_, standing_floor_;
   cv::Mat mean_, scale_, metres_;
-  std::vector<cv::Rect> drawn_;  ///< regions that differ from the standing scene
+  std::vector<cv::Rect> drawn_;  ///< regions that differ from the standing picture
 };
 
 }  // namespace skylight::sim

@@ -89,9 +89,9 @@ Shot Simulation::Impl::shoot(std::size_t camera, Duration middle) {
   run_until(begin + exposure);
   timeline.forget_before(middle - longest_exposure);  // cameras that come later may have begun earlier
   Renderer& renderer = renderers[camera];
-  renderer.draw(looks, {[&](std::size_t robot, double share) {
-                  return timeline.at(robot, begin + from_seconds(share * spec.exposure_s)).pose;
-                }});
+  renderer.draw(looks, [&](std::size_t robot, double share) {
+    return timeline.at(robot, begin + from_seconds(share * spec.exposure_s)).pose;
+  });
 
   Shot shot;
   shot.frame.camera = camera;

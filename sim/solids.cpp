@@ -81,29 +81,44 @@ bool intersect_cylinder(const Solid& solid, int axis, const Ray& ray, Hit& hit) 
 
 }  // namespace
 
-bool intersect(const std::vector<Solid>& solids, const Ray& ray, Hit& hit) {
-  if (hit.solid == nullptr && hit.distance == 0.0) hit.distance = std::numeric_limits<double>::infinity();
+bool intersect(const Solid& solid, const Ray& ray, Hit& hit) {
+  switch (solid.kind) {
+    case SolidKind::cylinder:
+      return intersect_cylinder(solid, 2, ray, hit);
+    case SolidKind::wheel:
+      return intersect_cylinder(solid, 1, ray, hit);
+    case SolidKind::box:
+      break;
+  }
+  return intersect_box(solid, ray, hit);
+}
+
+bool intersect(std::span<const Solid* const> solids, const Ray& ray, Hit& hit) {
   bool changed = false;
-  for (const Solid& solid : solids) {
-    if (ray.direction.z() < 0.0) {
-      // This solid, and all lower ones, lie behind what was hit already; or the ray is past their tops'
-      // height only beyond it.
-      const double to_top = (solid.max.z() - ray.origin.z()) / ray.direction.z();
-      if (to_top >= hit.distance) break;
-    }
-    switch (solid.kind) {
-      case SolidKind::box:
-        changed |= intersect_box(solid, ray, hit);
-        break;
-      case SolidKind::cylinder:
-        changed |= intersect_cylinder(solid, 2, ray, hit);
-        break;
-      case SolidKind::wheel:
-        changed |= intersect_cylinder(solid, 1, ray, hit);
-        break;
-    }
+  for (const Solid* solid : solids) {
+    // A ray that goes down enters this solid, and all lower ones, no sooner than the height of its top.
+    if (ray.direction.z() < 0.0 && (solid->max.z() - ray.origin.z()) / ray.direction.z() >= hit.distance)
+      break;
+    if (intersect(*solid, ray, hit)) changed = true;
   }
   return changed;
+}
+
+bool passes_near(const Solid& solid, const Ray& ray, double margin) {
+  double enter = 0.0;
+  double leave = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    const double low = solid.min[i] - margin - ray.origin[i];
+    const double high = solid.max[i] + margin - ray.origin[i];
+    if (ray.direction[i] == 0.0) {
+      if (low > 0.0 || high < 0.0) return false;
+      continue;
+    }
+    const double inverse = 1.0 / ray.direction[i];
+    enter = std::max(enter, std::min(low * inverse, high * inverse));
+    leave = std::min(leave, std::max(low * inverse, high * inverse));
+  }
+  return enter <= leave;
 }
 
 }  // namespace skylight::sim

@@ -1,6 +1,9 @@
 // Rays against the solids that robots and walls are made of.
 #pragma once
 
+#include <limits>
+#include <span>
+
 #include <Eigen/Core>
 
 #include "sim/robot_model.hpp"
@@ -15,15 +18,20 @@ struct Ray {
 enum class Face : std::uint8_t { top, side };
 
 struct Hit {
-  double distance = 0.0;
-  const Solid* solid = nullptr;  ///< none: nothing was hit
+  double distance = std::numeric_limits<double>::infinity();  ///< nothing further than this counts
+  const Solid* solid = nullptr;                               ///< none: nothing was hit
   Face face = Face::top;
   Eigen::Vector3d normal{0.0, 0.0, 1.0};
 };
 
-/// The nearest of the solids in front of the ray's origin that is nearer than `hit`; true where `hit`
-/// changed. For solids sorted by falling top and rays that go downwards from above, it looks at no more than
-/// it must.
-bool intersect(const std::vector<Solid>& solids, const Ray& ray, Hit& hit);
+/// Whether the ray meets the solid nearer than `hit`, which is then replaced.
+bool intersect(const Solid& solid, const Ray& ray, Hit& hit);
+
+/// The nearest of all solids that is nearer than `hit`. They must be sorted by falling top: for rays that go
+/// down, those below what was hit already are not looked at.
+bool intersect(std::span<const Solid* const> solids, const Ray& ray, Hit& hit);
+
+/// Whether the ray comes within `margin` (metres) of the solid's bounding box, in front of its origin.
+bool passes_near(const Solid& solid, const Ray& ray, double margin);
 
 }  // namespace skylight::sim
