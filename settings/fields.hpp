@@ -44,6 +44,10 @@ class Fields {
   template <class T>
   void field(std::string_view key, T& value, const Rules& rules = {});
 
+  /// A list whose entries start as `prototype` where field()'s start as T's defaults.
+  template <class T>
+  void list(std::string_view key, std::vector<T>& value, const T& prototype, const Rules& rules = {});
+
   /// A key that takes one of several names.
   template <class E>
   void choice(std::string_view key, E& value, std::initializer_list<Choice<std::type_identity_t<E>>> choices,
@@ -125,6 +129,21 @@ inline constexpr bool kIsStruct =
     !kIs<T, std::vector> && !kIs<T, std::map> && kArraySize<T> == 0;
 
 template <class T>
+void read_value(Reading& reading, const Node& node, const Rules& rules, T& value);
+
+template <class T>
+void read_list(Reading& reading, const Node& node, const Rules& rules, const T& prototype,
+               std::vector<T>& value) {
+  expect_list(reading, node, rules);
+  value.clear();
+  for (std::size_t i = 0; i < node.children.size(); ++i) {
+    const PathStep step(reading, i);
+    value.push_back(prototype);
+    read_value(reading, node.children[i], rules, value.back());
+  }
+}
+
+template <class T>
 void read_value(Reading& reading, const Node& node, const Rules& rules, T& value) {
   if constexpr (std::same_as<T, bool>) {
     value = read_boolean(reading, node);
@@ -141,12 +160,7 @@ void read_value(Reading& reading, const Node& node, const Rules& rules, T& value
     if (!value) value.emplace();
     read_value(reading, node, rules, *value);
   } else if constexpr (kIs<T, std::vector>) {
-    expect_list(reading, node, rules);
-    value.clear();
-    for (std::size_t i = 0; i < node.children.size(); ++i) {
-      const PathStep step(reading, i);
-      read_value(reading, node.children[i], rules, value.emplace_back());
-    }
+    read_list(reading, node, rules, typename T::value_type{}, value);
   } else if constexpr (kIs<T, std::map>) {
     expect_map(reading, node, rules);
     value.clear();
@@ -262,6 +276,16 @@ void Fields::field(std::string_view key, T& value, const Rules& rules) {
       if (!value) return;
     }
     detail::write_value(detail::member(*out_, key), value);
+  }
+}
+
+template <class T>
+void Fields::list(std::string_view key, std::vector<T>& value, const T& prototype, const Rules& rules) {
+  if (reading_ == nullptr) {
+    field(key, value, rules);
+  } else if (const Node* node = take(key, rules)) {
+    const detail::PathStep step(*reading_, key);
+    detail::read_list(*reading_, *node, rules, prototype, value);
   }
 }
 

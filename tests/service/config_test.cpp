@@ -69,7 +69,8 @@ TEST(Config, TheSampleHasEveryKeyOfTheSchema) {
   const std::string sample = text_of(kDeploy / "skylight.sample.json");
   std::size_t keys = 0;
   const auto expect_shown = [&](const json& object) {
-    for (const auto& [key, property] : object.value("properties", json::object()).items()) {
+    const json properties = object.value("properties", json::object());
+    for (const auto& [key, property] : properties.items()) {
       EXPECT_THAT(sample, HasSubstr("\"" + key + "\":"));
       ++keys;
       if (property.contains("const")) {
@@ -80,14 +81,16 @@ TEST(Config, TheSampleHasEveryKeyOfTheSchema) {
   const json schema = json::parse(config_schema());
   for (const auto& [name, definition] : schema["$defs"].items()) {
     expect_shown(definition);
-    for (const json& branch : definition.value("oneOf", json::array())) expect_shown(branch);
+    const json branches = definition.value("oneOf", json::array());
+    for (const json& branch : branches) expect_shown(branch);
   }
   EXPECT_GT(keys, 60u);
 }
 
 TEST(Config, ThePublishedSchemaIsTheOneThatTheCodeMakes) {
   EXPECT_EQ(text_of(kDeploy / "skylight.schema.json"), config_schema())
-      << "renew it: skylight_config_schema > deploy/skylight.schema.json";
+      << "renew it: build/release/tests/service/skylight_config_samples --schema > "
+         "deploy/skylight.schema.json";
 }
 
 TEST(Config, WhatIsPrintedIsReadBack) {
@@ -130,7 +133,7 @@ TEST(Config, ErrorsNameTheLayer) {
   EXPECT_EQ(refusal_of({.environment = {{"SKYLIGHT_SERVR__PORT", "1"}}}),
             "SKYLIGHT_SERVR__PORT: servr: unknown key, did you mean \"server\"?");
   EXPECT_EQ(refusal_of({.environment = {{"SKYLIGHT___", "1"}}}),
-            "SKYLIGHT___: \".\" is no key path such as server.port or robots[0].id");
+            "SKYLIGHT___: \"\" is no key path such as server.port or robots[0].id");
   EXPECT_EQ(refusal_of({.flags = {{"tracker.filter.alpha=0"}}}),
             "--set tracker.filter.alpha: 0 is out of range, allowed above 0 to 100 m");
   EXPECT_EQ(refusal_of({.flags = {{"server.port=x", "--port"}}}),

@@ -1,5 +1,5 @@
-"""Judges the schemas that a program prints with jsonschema: valid 2020-12, every key described, defaults that keep
-to it, and the same verdict as our reader on every sample. Run: check_schema.py PROGRAM"""
+"""Judges the schemas that a program prints with jsonschema: valid 2020-12, and the same verdict as our reader on
+every sample. Run: check_schema.py PROGRAM"""
 import json
 import subprocess
 import sys
@@ -23,8 +23,6 @@ def main():
                 wrong.append(f"{schema['title']}: {case['text']}: schema {'accepts' if accepted else 'refuses'},"
                              f" reader: {case['refusal'] or 'accepts'}")
         assert verdicts == {True, False}, "samples of both kinds are needed"
-        if entry["defaults"] and "allOf" not in json.dumps(schema):
-            validator.validate(entry["defaults"])
     print("\n".join(wrong))
     return 1 if wrong else 0
 

@@ -1,39 +1,15 @@
 // Prints a schema, and samples with our reader's verdict, for check_schema.py.
+#include "tests/settings/samples.hpp"
+
 #include <cstdio>
-#include <string>
 
-#include <nlohmann/json.hpp>
-
-#include "settings/fields.hpp"
 #include "tests/settings/room.hpp"
 
-namespace {
-
-using nlohmann::json;
-using skylight::test::Look;
-using skylight::test::Room;
-
-template <class T>
-json samples(const char* title, std::initializer_list<const char*> texts) {
-  json cases = json::array();
-  for (const char* text : texts) {
-    std::string refusal;
-    try {
-      skylight::settings::read<T>(skylight::settings::parse(text, "sample"));
-    } catch (const skylight::settings::Error& error) {
-      refusal = error.what();
-    }
-    cases.push_back({{"text", text}, {"refusal", refusal}});
-  }
-  return {{"schema", json::parse(skylight::settings::schema<T>(title))},
-          {"defaults", json::parse(skylight::settings::write(T{}))},
-          {"cases", cases}};
-}
-
-}  // namespace
-
 int main() {
-  const json all = {
+  using skylight::test::Look;
+  using skylight::test::Room;
+  using skylight::test::samples;
+  const nlohmann::json all = {
       samples<Room>("Room",
                     {"{}",
                      "[]",

@@ -1,0 +1,42 @@
+// Prints samples for tests/settings/check_schema.py; with --schema what deploy/skylight.schema.json has to
+// hold.
+#include <cstdio>
+#include <string_view>
+
+#include "service/config.hpp"
+#include "tests/settings/samples.hpp"
+
+int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "--schema") {
+    std::fputs(skylight::service::config_schema().c_str(), stdout);
+    return 0;
+  }
+  const nlohmann::json all = {skylight::test::samples<skylight::service::Config>(
+      "Configuration",
+      {"{}",
+       R"({"server": {"port": 65535}})",
+       R"({"server": {"port": 65536}})",
+       R"({"server": {"prot": 1}})",
+       R"({"server": {"token_sha256": "0"}})",
+       R"({"source": {"speed": 2}})",
+       R"({"source": {"path": "a.mp4"}})",
+       R"({"source": {"type": "simulator", "scenario": "a", "seed": 18446744073709551615}})",
+       R"({"source": {"type": "simulator", "loop": true}})",
+       R"({"source": {"type": "video", "path": "a.mp4"}})",
+       R"({"cameras": [{"id": "c", "overhead": {"height_m": 4, "metres_per_pixel": 0.004, "size_px": [1000, 800]}}],
+           "source": {"type": "folder", "path": "a", "camera": "c", "start_s": 1.5},
+           "appearances": [{"id": "a", "image": "a.png", "metres_per_pixel": 0.001}],
+           "robots": [{"id": "r", "appearance": "a", "initial_pose": {"x_m": 1, "y_m": 2},
+                       "filter": {"type": "window", "alpha": 0.1}, "homography": {"reference_m": [0.1, 0]}}]})",
+       R"({"cameras": [{"id": "c"}]})",
+       R"({"cameras": [{"id": "c d"}]})",
+       R"({"appearances": [{"id": "a"}]})",
+       R"({"robots": [{"id": "r", "initial_pose": {"x_m": 1}}]})",
+       R"({"robots": [{"id": "r"}]})",
+       R"({"robots": [{"id": "r", "filter": {"type": "none"}}]})",
+       R"({"tracker": {"filter": {"alpha": 0}}})",
+       R"({"tracker": {"detector": "sift"}})",
+       R"({"log": {"level": "error"}})",
+       R"({"history": {"max_age_s": 0}})"})};
+  std::puts(all.dump().c_str());
+}
