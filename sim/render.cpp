@@ -83,9 +83,11 @@ struct Renderer::Placed {
   std::array<Stance, kSamples + 1> stances;  ///< of the samples, and of the midpoint
   Eigen::Vector2d position;                  ///< at the midpoint
   Solid bound;                               ///< one box around all solids
-  double motion = 0.0;  ///< m, how far any part of it gets from its place at the midpoint
-  cv::Rect region;      ///< of the picture that it and its shadow may cover
-  int level = 0;        ///< of the picture's pyramid
+  double motion = 0.0;            ///< m, how far any part of it gets from its place at the midpoint
+  cv::Rect region;                ///< of the picture that it and its shadow may cover
+  int level = 0;                  ///< of the picture's pyramid
+  float light = 1.0F;             ///< on faces that look up
+  Bgr plate_color = Bgr::Zero();  ///< beside the picture
 };
 
 /// A robot that may be seen in a pixel, and those of its solids that may be, highest top first.
@@ -93,6 +95,7 @@ struct Renderer::Candidate {
   const Placed* robot = nullptr;
   std::array<const Solid*, kMaxSolids> solids{};
   std::size_t count = 0;
+  double margin = 0.0;  ///< m, within which all samples pass around the middle ray, in the robot frame
 };
 
 /// What a ray sees of the robots; no robot: nothing of them.
@@ -161,6 +164,10 @@ Renderer::Placed Renderer::place(const RobotLook& look, std::size_t index, const
   }
   const Eigen::Vector3d plate(middle.x, middle.y, look.model->plate_height_m);
   robot.level = look.picture.level_for((plate - eye_).norm() * sample_angle_ / look.metres_per_px);
+  robot.light = light_.at(middle.x, middle.y);
+  for (const Solid& solid : look.model->solids) {
+    if (solid.carries_picture) robot.plate_color = bgr(solid.top_rgb);
+  }
   return robot;
 }
 
@@ -184,52 +191,66 @@ void Renderer::draw_region(const std::vector<Placed>& placed, std::size_t index)
   }
 }
 
-void Renderer::draw_pixel(const std::vector<const Placed*>& robots, std::vector<Candidate>& scratch,
-                          const cv::Point& at) {
-  const PixelRays pixel = rays_.pixel(at.x, at.y);
-  if (!pixel.valid()) return;
-  // Which solids any of the samples may meet: those that the middle ray passes near enough.
-  scratch.clear();
+/// Which robots and which of their solids any sample of the pixel may meet: those that its middle ray passes
+/// near enough.
+void Renderer::gather(const std::vector<const Placed*>& robots, const PixelRays& pixel,
+                      std::vector<Candidate>& candidates) {
+  candidates.clear();
   const double spread = 0.75 * (pixel.along_x.norm() + pixel.along_y.norm()) / pixel.centre.norm();
   for (const Placed* robot : robots) {
     const Stance& stance = robot->stances[kMidpoint];
     const Ray ray{stance.eye, stance.turned(pixel.centre)};
-    const double margin = spread * (stance.eye.norm() + 1.0) + robot->motion + 1e-4;
-    if (!passes_near(robot->bound, ray, margin)) continue;
-    Candidate candidate{robot, {}, 0};
+    Candidate candidate;
+    candidate.robot = robot;
+    candidate.margin = spread * (stance.eye.norm() + 1.0) + robot->motion + 1e-4;
+    if (!passes_near(robot->bound, ray, candidate.margin)) continue;
     for (const Solid& solid : robot->look->model->solids) {
-      if (candidate.count < kMaxSolids && passes_near(solid, ray, margin)) candidate.solids[candidate.count++] = &solid;
+      if (passes_near(solid, ray, candidate.margin)) candidate.solids.at(candidate.count++) = &solid;
     }
-    if (candidate.count > 0) scratch.push_back(candidate);
+    if (candidate.count > 0) candidates.push_back(candidate);
   }
+}
 
-  // Nothing of a robot shows behind this (with some slack, as it is the pixel centre's; the floor hides
+void Renderer::draw_pixel(const std::vector<const Placed*>& robots, std::vector<Candidate>& candidates,
+                          const cv::Point& at) {
+  const PixelRays pixel = rays_.pixel(at.x, at.y);
+  if (!pixel.valid()) return;
+  gather(robots, pixel, candidates);
+  // Nothing of a robot shows behind this (with some slack: it is the pixel centre's; the floor hides
   // nothing).
   const auto standing_metres = static_cast<double>(standing_.metres.at<float>(at));
   const double limit = standing_metres > 0.0 ? standing_metres / pixel.centre.dot(axis_) + 0.02
                                              : std::numeric_limits<double>::infinity();
   Bgr sum = Bgr::Zero();
-  std::size_t misses = scratch.empty() ? kSamples : 0;
-  for (std::size_t i = 0; i < kSamples && !scratch.empty(); ++i) {
-    const Seen seen = trace(scratch, i, pixel.sample(i), limit);
-    if (seen.robot != nullptr)
-      sum += shade(seen);
-    else
-      ++misses;
+  std::size_t misses = 0;
+  if (candidates.empty()) {
+    misses = kSamples;
+  } else if (candidates.size() == 1 && standing_.floor.at<std::uint8_t>(at) != 0 &&
+             only_plate(candidates[0], pixel.centre)) {
+    sum = plate_sum(candidates[0], pixel);
+  } else {
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      const Seen seen = trace(candidates, i, pixel.sample(i), limit);
+      if (seen.robot == nullptr) ++misses;
+      if (seen.robot != nullptr) sum += shade(seen);
+    }
   }
   sum *= light_.vignette(at.x, at.y);
-  if (misses > 0) {
-    const bool on_floor = standing_.floor.at<std::uint8_t>(at) != 0;
-    const double left = on_floor ? shadow(robots, pixel.centre) : 1.0;
-    const auto& behind = standing_.mean.at<cv::Vec3w>(at);
-    const float weight = static_cast<float>(static_cast<double>(misses) * left / kGreyOne);
-    for (int c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(behind[c]);
-  }
+  if (misses > 0) sum += static_cast<float>(misses) * behind(robots, pixel.centre, at);
   put_pixel(mean_, scale_, noise_, at, sum / static_cast<float>(kSamples));
-  if (metres_.empty() || scratch.empty()) return;
-  const Seen seen = trace(scratch, kMidpoint, pixel.centre, limit);
+  if (metres_.empty() || candidates.empty()) return;
+  const Seen seen = trace(candidates, kMidpoint, pixel.centre, limit);
   if (seen.robot != nullptr)
     metres_.at<float>(at) = static_cast<float>(seen.hit.distance * pixel.centre.dot(axis_));
+}
+
+/// The standing picture at a pixel, in the robots' contact shadows.
+Bgr Renderer::behind(const std::vector<const Placed*>& robots, const Eigen::Vector3d& direction,
+                     const cv::Point& at) const {
+  const bool on_floor = standing_.floor.at<std::uint8_t>(at) != 0;
+  const double left = on_floor ? shadow(robots, direction) : 1.0;
+  const auto& mean = standing_.mean.at<cv::Vec3w>(at);
+  return Bgr(mean[0], mean[1], mean[2]) * static_cast<float>(left / kGreyOne);
 }
 
 Renderer::Seen Renderer::trace(const std::vector<Candidate>& candidates, std::size_t sample,
@@ -254,22 +275,46 @@ Bgr Renderer::shade(const Seen& seen) const {
     const Eigen::Vector3d normal = seen.stance->turned_back(seen.hit.normal);
     return bgr(solid.side_rgb) * light_.on_side(robot.position.x(), robot.position.y(), normal);
   }
-  const float light = light_.at(robot.position.x(), robot.position.y());
+  if (solid.carries_picture) return plate(robot, seen.ray.origin + seen.hit.distance * seen.ray.direction);
+  return bgr(solid.top_rgb) * robot.light;
+}
+
+/// Colour of the top plate at a place of the robot frame: its picture, or the plate beside it.
+Bgr Renderer::plate(const Placed& robot, const Eigen::Vector3d& at) const {
   const Texture& picture = robot.look->picture;
-  if (solid.carries_picture) {
-    const Eigen::Vector3d at = seen.ray.origin + seen.hit.distance * seen.ray.direction;
-    const Rectangle& plate = robot.look->model->plate;
-    const double mpp = robot.look->metres_per_px;
-    const double row =
-        0.5 * (picture.height_px() - 1) - (at.x() - 0.5 * (plate.min.x() + plate.max.x())) / mpp;
-    const double column =
-        0.5 * (picture.width_px() - 1) - (at.y() - 0.5 * (plate.min.y() + plate.max.y())) / mpp;
-    if (row >= -0.5 && column >= -0.5 && row <= picture.height_px() - 0.5 &&
-        column <= picture.width_px() - 0.5) {
-      return picture.sample(robot.level, static_cast<float>(column), static_cast<float>(row)) * light;
-    }
+  const Rectangle& area = robot.look->model->plate;
+  const double mpp = robot.look->metres_per_px;
+  const double row = 0.5 * (picture.height_px() - 1) - (at.x() - 0.5 * (area.min.x() + area.max.x())) / mpp;
+  const double column = 0.5 * (picture.width_px() - 1) - (at.y() - 0.5 * (area.min.y() + area.max.y())) / mpp;
+  if (row < -0.5 || column < -0.5 || row > picture.height_px() - 0.5 || column > picture.width_px() - 0.5) {
+    return robot.plate_color * robot.light;
   }
-  return bgr(solid.top_rgb) * light;
+  return picture.sample(robot.level, static_cast<float>(column), static_cast<float>(row)) * robot.light;
+}
+
+/// Whether every sample of the pixel meets the plate's upper side and nothing before: nothing higher is near,
+/// and the middle ray meets the plate far enough from its edge.
+bool Renderer::only_plate(const Candidate& candidate, const Eigen::Vector3d& direction) {
+  const Solid& highest = *candidate.solids.front();
+  const Stance& stance = candidate.robot->stances[kMidpoint];
+  const Eigen::Vector3d down = stance.turned(direction);
+  if (!highest.carries_picture || down.z() >= 0.0 || stance.eye.z() <= highest.max.z()) return false;
+  const Eigen::Vector3d at = stance.eye + down * ((highest.max.z() - stance.eye.z()) / down.z());
+  const double along_plane = candidate.margin * down.norm() / -down.z();  // the margin is across the ray
+  return ((at - highest.min).head<2>().array() > along_plane).all() &&
+         ((highest.max - at).head<2>().array() > along_plane).all();
+}
+
+/// The sum of the samples of a pixel for which only_plate() holds.
+Bgr Renderer::plate_sum(const Candidate& candidate, const PixelRays& pixel) const {
+  const double top = candidate.solids.front()->max.z();
+  Bgr sum = Bgr::Zero();
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const Stance& stance = candidate.robot->stances[i];
+    const Eigen::Vector3d direction = stance.turned(pixel.sample(i));
+    sum += plate(*candidate.robot, stance.eye + direction * ((top - stance.eye.z()) / direction.z()));
+  }
+  return sum;
 }
 
 /// How much of the floor's light the robots' contact shadows leave where this ray meets the floor.

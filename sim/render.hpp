@@ -58,11 +58,18 @@ class Renderer {
   void restore();
   Placed place(const RobotLook& look, std::size_t index, const PoseDuring& pose) const;
   void draw_region(const std::vector<Placed>& placed, std::size_t index);
-  void draw_pixel(const std::vector<const Placed*>& robots, std::vector<Candidate>& scratch,
+  static void gather(const std::vector<const Placed*>& robots, const PixelRays& pixel,
+                     std::vector<Candidate>& candidates);
+  void draw_pixel(const std::vector<const Placed*>& robots, std::vector<Candidate>& candidates,
                   const cv::Point& at);
+  Bgr behind(const std::vector<const Placed*>& robots, const Eigen::Vector3d& direction,
+             const cv::Point& at) const;
   Seen trace(const std::vector<Candidate>& candidates, std::size_t sample, const Eigen::Vector3d& direction,
              double limit) const;
   Bgr shade(const Seen& seen) const;
+  Bgr plate(const Placed& robot, const Eigen::Vector3d& at) const;
+  static bool only_plate(const Candidate& candidate, const Eigen::Vector3d& direction);
+  Bgr plate_sum(const Candidate& candidate, const PixelRays& pixel) const;
   double shadow(const std::vector<const Placed*>& robots, const Eigen::Vector3d& direction) const;
 
   CameraModel camera_;

@@ -123,48 +123,19 @@ Bgr bgr(const Color& rgb) {
 
 Texture::Texture(const cv::Mat& image, bool wrap) : wrap_(wrap) {
   CV_Assert(image.type() == CV_8UC3);
-  levels_.push_back(image.clone());
-  while (std::min(levels_.back().cols, levels_.back().rows) > 2) {
+  levels_.push_back({image.clone(), 1.0F, 1.0F});
+  while (std::min(levels_.back().image.cols, levels_.back().image.rows) > 2) {
+    const cv::Mat& larger = levels_.back().image;
     cv::Mat half;
-    const cv::Size size((levels_.back().cols + 1) / 2, (levels_.back().rows + 1) / 2);
-    cv::resize(levels_.back(), half, size, 0, 0, cv::INTER_AREA);
-    levels_.push_back(half);
+    cv::resize(larger, half, {(larger.cols + 1) / 2, (larger.rows + 1) / 2}, 0, 0, cv::INTER_AREA);
+    levels_.push_back({half, static_cast<float>(half.cols) / static_cast<float>(image.cols),
+                       static_cast<float>(half.rows) / static_cast<float>(image.rows)});
   }
 }
 
 int Texture::level_for(double footprint_px) const {
   const int level = footprint_px > 1.0 ? static_cast<int>(std::floor(std::log2(footprint_px))) : 0;
   return std::min(level, static_cast<int>(levels_.size()) - 1);
-}
-
-Bgr Texture::sample(int level, float column, float row) const {
-  const cv::Mat& image = levels_[static_cast<std::size_t>(level)];
-  // Pixels are areas: the outlines of all levels coincide, so that no level shifts the picture.
-  const cv::Mat& full = levels_.front();
-  const float u = (column + 0.5F) * (static_cast<float>(image.cols) / static_cast<float>(full.cols)) - 0.5F;
-  const float v = (row + 0.5F) * (static_cast<float>(image.rows) / static_cast<float>(full.rows)) - 0.5F;
-  const float u0 = std::floor(u);
-  const float v0 = std::floor(v);
-  const auto place = [this](int i, int n) {
-    if (!wrap_) return std::clamp(i, 0, n - 1);
-    const int rest = i % n;
-    return rest < 0 ? rest + n : rest;
-  };
-  const int left = place(static_cast<int>(u0), image.cols) * 3;
-  const int right = place(static_cast<int>(u0) + 1, image.cols) * 3;
-  const auto* upper = image.ptr<std::uint8_t>(place(static_cast<int>(v0), image.rows));
-  const auto* lower = image.ptr<std::uint8_t>(place(static_cast<int>(v0) + 1, image.rows));
-  const float a = u - u0;
-  const float b = v - v0;
-  Bgr result;
-  for (int c = 0; c < 3; ++c) {
-    const float top =
-        static_cast<float>(upper[left + c]) * (1.0F - a) + static_cast<float>(upper[right + c]) * a;
-    const float bottom =
-        static_cast<float>(lower[left + c]) * (1.0F - a) + static_cast<float>(lower[right + c]) * a;
-    result[c] = top * (1.0F - b) + bottom * b;
-  }
-  return result;
 }
 
 FloorTexture make_floor(const RoomSpec& room, std::uint64_t seed, const std::filesystem::path& folder) {
