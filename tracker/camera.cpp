@@ -214,9 +214,9 @@ std::optional<Pixel> CameraModel::kannala_brandt_pixel(const Eigen::Vector3d& po
 std::optional<Pixel> CameraModel::pixel_from_camera(const Eigen::Vector3d& point,
                                                     PixelByPoint* jacobian) const {
   if (!std::isfinite(point.sum())) return std::nullopt;
-  const std::optional<Pixel> pixel = intrinsics_.lens == LensModel::brown_conrady
-                                         ? brown_conrady_pixel(point, jacobian)
-                                         : kannala_brandt_pixel(point, jacobian);
+  std::optional<Pixel> pixel = intrinsics_.lens == LensModel::brown_conrady
+                                   ? brown_conrady_pixel(point, jacobian)
+                                   : kannala_brandt_pixel(point, jacobian);
   // Not finite: so close to the lens that the quotient overflows.
   if (!pixel || !std::isfinite(pixel->x() + pixel->y())) return std::nullopt;
   return pixel;
@@ -295,9 +295,9 @@ std::optional<Eigen::Vector3d> CameraModel::kannala_brandt_ray(const Eigen::Vect
 std::optional<Eigen::Vector3d> CameraModel::ray_from_pixel(const Pixel& pixel, RayByPixel* jacobian) const {
   const Eigen::Vector2d distorted((pixel.x() - intrinsics_.cx_px) / intrinsics_.fx_px,
                                   (pixel.y() - intrinsics_.cy_px) / intrinsics_.fy_px);
-  const std::optional<Eigen::Vector3d> ray = intrinsics_.lens == LensModel::brown_conrady
-                                                 ? brown_conrady_ray(distorted, jacobian)
-                                                 : kannala_brandt_ray(distorted, jacobian);
+  std::optional<Eigen::Vector3d> ray = intrinsics_.lens == LensModel::brown_conrady
+                                           ? brown_conrady_ray(distorted, jacobian)
+                                           : kannala_brandt_ray(distorted, jacobian);
   if (ray && jacobian != nullptr) {
     jacobian->col(0) /= intrinsics_.fx_px;
     jacobian->col(1) /= intrinsics_.fy_px;
@@ -306,7 +306,7 @@ std::optional<Eigen::Vector3d> CameraModel::ray_from_pixel(const Pixel& pixel, R
 }
 
 std::optional<Pixel> CameraModel::pixel_from_map(const Eigen::Vector3d& point, PixelByPoint* jacobian) const {
-  const std::optional<Pixel> pixel =
+  std::optional<Pixel> pixel =
       pixel_from_camera(camera_from_map_.linear() * point + camera_from_map_.translation(), jacobian);
   if (pixel && jacobian != nullptr) *jacobian = PixelByPoint(*jacobian * camera_from_map_.linear());
   return pixel;
