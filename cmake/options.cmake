@@ -42,4 +42,5 @@ function(skylight_precompile target)
                               <Eigen/Core> <Eigen/Geometry> <opencv2/core.hpp> <opencv2/imgproc.hpp>)
   endif()
   target_precompile_headers(${target} REUSE_FROM skylight_pch)
+  target_compile_options(${target} PRIVATE -fPIC)  # programs' -fPIE would not go with the header's -fPIC
 endfunction()

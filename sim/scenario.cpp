@@ -4,6 +4,8 @@
 
 namespace skylight::sim {
 
+Scenario::Scenario() = default;
+
 CameraModel camera_model(const CameraSpec& camera) {
   CameraParameters parameters;
   parameters.width_px = camera.width_px;

@@ -152,6 +152,8 @@ struct RobotSpec {
 };
 
 struct Scenario {
+  Scenario();  // in scenario.cpp: seen through, it makes g++ 12 warn of uninitialised strings
+
   std::string name;         ///< from the file's name where the file does not say
   std::string description;  ///< one line: what the scenario is for
   std::uint64_t seed = 1;
