@@ -11,7 +11,8 @@ int main(int argc, char** argv) {
     std::fputs(skylight::service::config_schema().c_str(), stdout);
     return 0;
   }
-  const nlohmann::json all = {skylight::test::samples<skylight::service::Config>(
+  // array(): compilers differ on what braces around a single json mean.
+  const nlohmann::json all = nlohmann::json::array({skylight::test::samples<skylight::service::Config>(
       "Configuration",
       {"{}",
        R"({"server": {"port": 65535}})",
@@ -37,6 +38,6 @@ int main(int argc, char** argv) {
        R"({"tracker": {"filter": {"alpha": 0}}})",
        R"({"tracker": {"detector": "sift"}})",
        R"({"log": {"level": "error"}})",
-       R"({"history": {"max_age_s": 0}})"})};
+       R"({"history": {"max_age_s": 0}})"})});
   std::puts(all.dump().c_str());
 }
