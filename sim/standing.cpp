@@ -40,8 +40,8 @@ class Painter {
     for (const Solid& wall : walls_) wall_pointers_.push_back(&wall);
   }
 
-  /// `footprint`: angle between neighbouring samples, which tells how finely the floor is seen.
-  Sight look(const Eigen::Vector3d& direction, double footprint) const {
+  /// `level`: of the floor's pyramid.
+  Sight look(const Eigen::Vector3d& direction, int level) const {
     Sight sight;
     Hit hit;
     if (direction.z() < 0.0) hit.distance = -eye_.z() / direction.z();
@@ -53,28 +53,33 @@ class Painter {
     sight.distance = hit.distance;
     if (!std::isfinite(hit.distance)) return sight;
     at = eye_ + hit.distance * direction;
-    if (hit.solid != nullptr) {
-      const float light = hit.face == Face::top ? scene_.light.at(at.x(), at.y())
-                                                : scene_.light.on_side(at.x(), at.y(), hit.normal);
-      sight.color = bgr(hit.solid->top_rgb) * light;
+    if (hit.solid == nullptr) {
+      sight.color = (sight.is_floor ? floor(at, level) : kOutside) * scene_.light.at(at.x(), at.y());
+    } else if (hit.face == Face::top) {
+      sight.color = bgr(hit.solid->top_rgb) * scene_.light.at(at.x(), at.y());
     } else {
-      sight.color =
-          (sight.is_floor ? floor(at, hit.distance * footprint) : kOutside) * scene_.light.at(at.x(), at.y());
+      sight.color = bgr(hit.solid->side_rgb) * scene_.light.on_side(at.x(), at.y(), hit.normal);
     }
     return sight;
+  }
+
+  /// The floor's level for rays that lie this far apart (per unit of their length), as it is seen in this
+  /// direction.
+  int level(const Eigen::Vector3d& direction, double apart) const {
+    if (direction.z() >= 0.0) return 0;
+    return scene_.floor.texture.level_for(eye_.z() / -direction.z() * apart / scene_.floor.metres_per_px);
   }
 
  private:
   bool inside(const Eigen::Vector3d& p) const {
     return std::abs(p.x()) <= 0.5 * scene_.room.size_m[0] && std::abs(p.y()) <= 0.5 * scene_.room.size_m[1];
   }
-  Bgr floor(const Eigen::Vector3d& at, double footprint_m) const {
+  Bgr floor(const Eigen::Vector3d& at, int level) const {
     const Texture& texture = scene_.floor.texture;
     const double mpp = scene_.floor.metres_per_px;
     const double column = 0.5 * (texture.width_px() - 1) + at.x() / mpp;
     const double row = 0.5 * (texture.height_px() - 1) - at.y() / mpp;
-    return texture.sample(texture.level_for(footprint_m / mpp), static_cast<float>(column),
-                          static_cast<float>(row));
+    return texture.sample(level, static_cast<float>(column), static_cast<float>(row));
   }
 
   const StandingScene& scene_;
@@ -108,9 +113,9 @@ StandingPicture draw_standing(const StandingScene& scene, const CameraModel& cam
     Bgr sum = Bgr::Zero();
     Sight middle;
     if (pixel.valid()) {
-      const double footprint = 0.25 * pixel.along_x.norm();
-      for (std::size_t i = 0; i < kSamples; ++i) sum += painter.look(pixel.sample(i), footprint).color;
-      middle = painter.look(pixel.centre, footprint);
+      const int level = painter.level(pixel.centre, 0.25 * pixel.along_x.norm());
+      for (std::size_t i = 0; i < kSamples; ++i) sum += painter.look(pixel.sample(i), level).color;
+      middle = painter.look(pixel.centre, level);
     }
     put_pixel(picture.mean, picture.scale, noise, {x, y},
               sum * (scene.light.vignette(x, y) / static_cast<float>(kSamples)));

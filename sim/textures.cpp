@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 
 #include <opencv2/imgcodecs.hpp>
@@ -12,6 +13,33 @@ namespace skylight::sim {
 namespace {
 
 constexpr int kMaxFloorPixels = 4096;
+constexpr int kMaxPicture = 8192;
+
+/// The size that a PNG or JPEG file claims, read before a decoder sets memory aside for it.
+std::optional<cv::Size> claimed_size(std::istream& file) {
+  const auto bytes = [&](std::streamoff at, int count) {
+    std::uint64_t value = 0;
+    file.seekg(at);
+    for (int i = 0; i < count; ++i) value = value << 8 | static_cast<std::uint64_t>(file.get() & 0xff);
+    return value;
+  };
+  const auto size = [&](std::uint64_t width, std::uint64_t height) {
+    constexpr std::uint64_t kMost = 1 << 30;
+    return cv::Size(static_cast<int>(std::min(width, kMost)), static_cast<int>(std::min(height, kMost)));
+  };
+  constexpr std::uint64_t kPngSignature = 0x89504e470d0a1a0a;
+  if (bytes(0, 8) == kPngSignature) return size(bytes(16, 4), bytes(20, 4));
+  if (bytes(0, 2) != 0xffd8) return std::nullopt;
+  for (std::streamoff at = 2; file.good();) {  // a JPEG is a chain of segments; SOF0 to SOF15 tell the size
+    const std::uint64_t marker = bytes(at, 2);
+    const bool is_frame =
+        marker >= 0xffc0 && marker <= 0xffcf && marker != 0xffc4 && marker != 0xffc8 && marker != 0xffcc;
+    if (is_frame) return size(bytes(at + 7, 2), bytes(at + 5, 2));
+    if (marker < 0xff00) break;
+    at += 2 + static_cast<std::streamoff>(bytes(at + 2, 2));
+  }
+  return std::nullopt;
+}
 
 /// Smooth noise of mean 0 and about unit strength: random values on a coarse grid, cubic between.
 cv::Mat smooth_noise(cv::RNG& random, const cv::Size& size, double grain_px) {
@@ -197,6 +225,9 @@ cv::Mat load_picture(const std::filesystem::path& folder, const std::string& fil
   };
   std::ifstream stream(path, std::ios::binary);
   if (!stream || std::filesystem::is_directory(path)) refuse("cannot be opened");
+  if (const auto size = claimed_size(stream); size && std::max(size->width, size->height) > kMaxPicture) {
+    refuse("is larger than a picture may be (8192 x 8192 px)");
+  }
   cv::Mat image;
   try {
     image = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
@@ -204,7 +235,8 @@ cv::Mat load_picture(const std::filesystem::path& folder, const std::string& fil
     refuse("is larger than a picture may be (8192 x 8192 px)");
   }
   if (image.empty()) refuse("is no picture that can be read (PNG, JPEG, BMP, TIFF, WebP)");
-  if (image.cols > 8192 || image.rows > 8192) refuse("is larger than a picture may be (8192 x 8192 px)");
+  if (std::max(image.cols, image.rows) > kMaxPicture)
+    refuse("is larger than a picture may be (8192 x 8192 px)");
   if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1.0 / 257.0);
   if (image.depth() != CV_8U) refuse("has neither 8 nor 16 bits per channel");
   if (image.channels() == 1) cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);

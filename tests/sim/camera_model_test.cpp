@@ -25,7 +25,7 @@ CameraParameters ceiling() {
 CameraParameters fisheye() {
   CameraParameters p = ceiling();
   p.lens = Lens::kannala_brandt;
-  p.fx_px = p.fy_px = 420.0;
+  p.fx_px = p.fy_px = 700.0;
   p.distortion = {0.02, -0.006, 0.001, -0.0002, 0.0};
   return p;
 }
@@ -104,7 +104,7 @@ TEST(SimCameraModel, SeesSidewaysAndBackThroughAWideFisheye) {
   wide.distortion = {};
   const auto pixel = CameraModel(wide).project({1.0, 0.0, -0.1});
   ASSERT_TRUE(pixel);
-  EXPECT_NEAR(pixel->x(), 955.0 + 420.0 * std::atan2(1.0, -0.1), 1e-9);
+  EXPECT_NEAR(pixel->x(), 955.0 + 700.0 * std::atan2(1.0, -0.1), 1e-9);
 }
 
 TEST(SimCameraModel, HoldsThePixelsWhoseAreaLiesInThePicture) {
