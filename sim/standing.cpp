@@ -31,6 +31,8 @@ struct Sight {
   Bgr color = Bgr::Zero();
   double distance = std::numeric_limits<double>::infinity();
   bool is_floor = false;
+  const Solid* wall = nullptr;
+  Face face = Face::top;
 };
 
 class Painter {
@@ -51,6 +53,8 @@ class Painter {
     if (!(sight.is_floor && inside(eye_)) && intersect(wall_pointers_, {eye_, direction}, hit))
       sight.is_floor = false;
     sight.distance = hit.distance;
+    sight.wall = hit.solid;
+    sight.face = hit.face;
     if (!std::isfinite(hit.distance)) return sight;
     at = eye_ + hit.distance * direction;
     if (hit.solid == nullptr) {
@@ -61,6 +65,18 @@ class Painter {
       sight.color = bgr(hit.solid->side_rgb) * scene_.light.on_side(at.x(), at.y(), hit.normal);
     }
     return sight;
+  }
+
+  /// Whether the pixel shows one face without a pattern, so that its middle stands for all of it.
+  bool is_even(const Sight& middle, const PixelRays& pixel) const {
+    if (middle.is_floor) return false;
+    for (const double u : {-0.5, 0.5}) {
+      for (const double v : {-0.5, 0.5}) {
+        const Sight corner = look(pixel.centre + u * pixel.along_x + v * pixel.along_y, 0);
+        if (corner.is_floor || corner.wall != middle.wall || corner.face != middle.face) return false;
+      }
+    }
+    return true;
   }
 
   /// The floor's level for rays that lie this far apart (per unit of their length), as it is seen in this
@@ -110,15 +126,19 @@ StandingPicture draw_standing(const StandingScene& scene, const CameraModel& cam
   const Painter painter(scene, eye);
   const auto draw_pixel = [&](int x, int y) {
     const PixelRays pixel = rays.pixel(x, y);
-    Bgr sum = Bgr::Zero();
+    Bgr color = Bgr::Zero();
     Sight middle;
     if (pixel.valid()) {
       const int level = painter.level(pixel.centre, 0.25 * pixel.along_x.norm());
-      for (std::size_t i = 0; i < kSamples; ++i) sum += painter.look(pixel.sample(i), level).color;
       middle = painter.look(pixel.centre, level);
+      color = middle.color;
+      if (!painter.is_even(middle, pixel)) {
+        color.setZero();
+        for (std::size_t i = 0; i < kSamples; ++i) color += painter.look(pixel.sample(i), level).color;
+        color /= static_cast<float>(kSamples);
+      }
     }
-    put_pixel(picture.mean, picture.scale, noise, {x, y},
-              sum * (scene.light.vignette(x, y) / static_cast<float>(kSamples)));
+    put_pixel(picture.mean, picture.scale, noise, {x, y}, color * scene.light.vignette(x, y));
     const double depth = std::isfinite(middle.distance) ? middle.distance * pixel.centre.dot(axis) : 0.0;
     picture.metres.at<float>(y, x) = static_cast<float>(std::max(0.0, depth));
     picture.floor.at<std::uint8_t>(y, x) = middle.is_floor ? 1 : 0;
