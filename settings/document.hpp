@@ -65,12 +65,12 @@ Document load(const std::filesystem::path& file);
 /// Sets the value at `path` (`tracker.filter.alpha`, `robots[0].id`; the index after the last appends),
 /// making the objects on the way. `value` is JSON, or else taken as a string. Errors found later in it are
 /// told as coming from `origin` (`--set`, `SKYLIGHT_SERVER__PORT`).
-void set(Document& document, std::string_view path, std::string_view value, std::string origin);
+void set(Document& document, std::string_view path, std::string_view value, const std::string& origin);
 
 /// The node at `path` below `node`, or the last one on the way to it that exists.
 const Node& nearest_node(const Node& node, std::string_view path);
 
 /// set() from one `key.path=value` text.
-void set(Document& document, std::string_view assignment, std::string origin);
+void set(Document& document, std::string_view assignment, const std::string& origin);
 
 }  // namespace skylight::settings

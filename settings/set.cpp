@@ -73,7 +73,8 @@ Node value_node(std::string_view value, const std::string& origin, const std::st
   try {
     return parse(value, origin).root;
   } catch (const Error& error) {
-    if (structured) throw Error(origin, 0, path + error.key_path, error.message);
+    const bool is_key = !error.key_path.empty() && error.key_path.front() != '[';
+    if (structured) throw Error(origin, 0, path + (is_key ? "." : "") + error.key_path, error.message);
   }
   if (!is_utf8(value)) throw Error(origin, 0, path, "the value is no UTF-8");
   Node node;
@@ -129,7 +130,7 @@ const Node& nearest_node(const Node& node, std::string_view path) {
   return *at;
 }
 
-void set(Document& document, std::string_view path, std::string_view value, std::string origin) {
+void set(Document& document, std::string_view path, std::string_view value, const std::string& origin) {
   const std::string path_text = printable(path, 200);
   const auto steps = is_utf8(path) ? steps_of(path) : std::nullopt;
   if (!steps)
@@ -148,13 +149,12 @@ void set(Document& document, std::string_view path, std::string_view value, std:
   *node = std::move(given);
 }
 
-void set(Document& document, std::string_view assignment, std::string origin) {
+void set(Document& document, std::string_view assignment, const std::string& origin) {
   const std::size_t equals = assignment.find('=');
   if (equals == std::string_view::npos) {
-    throw Error(std::move(origin), 0, "",
-                "\"" + printable(assignment, 200) + "\" is not of the form key.path=value");
+    throw Error(origin, 0, "", "\"" + printable(assignment, 200) + "\" is not of the form key.path=value");
   }
-  set(document, assignment.substr(0, equals), assignment.substr(equals + 1), std::move(origin));
+  set(document, assignment.substr(0, equals), assignment.substr(equals + 1), origin);
 }
 
 }  // namespace skylight::settings

@@ -20,7 +20,7 @@ using nlohmann::json;
 using settings::Error;
 using ::testing::HasSubstr;
 
-const std::filesystem::path kDeploy = std::filesystem::path(SKYLIGHT_SOURCE_DIR) / "deploy";
+const std::filesystem::path deploy_folder = std::filesystem::path(SKYLIGHT_SOURCE_DIR) / "deploy";
 
 std::string text_of(const std::filesystem::path& file) {
   std::ostringstream text;
@@ -57,7 +57,7 @@ TEST(Config, TheDefaultsAreTheSimulatorOnLoopback) {
 }
 
 TEST(Config, TheSampleLoadsAndShowsTheDefaults) {
-  const Config sample = load_config({.file = kDeploy / "skylight.sample.json"});
+  const Config sample = load_config({.file = deploy_folder / "skylight.sample.json"});
   const json shown = json::parse(config_json(sample));
   const json defaults = json::parse(config_json(Config{}));
   for (const char* section : {"server", "tracker", "history", "prediction", "log"}) {
@@ -66,7 +66,7 @@ TEST(Config, TheSampleLoadsAndShowsTheDefaults) {
 }
 
 TEST(Config, TheSampleHasEveryKeyOfTheSchema) {
-  const std::string sample = text_of(kDeploy / "skylight.sample.json");
+  const std::string sample = text_of(deploy_folder / "skylight.sample.json");
   std::size_t keys = 0;
   const auto expect_shown = [&](const json& object) {
     const json properties = object.value("properties", json::object());
@@ -88,13 +88,13 @@ TEST(Config, TheSampleHasEveryKeyOfTheSchema) {
 }
 
 TEST(Config, ThePublishedSchemaIsTheOneThatTheCodeMakes) {
-  EXPECT_EQ(text_of(kDeploy / "skylight.schema.json"), config_schema())
+  EXPECT_EQ(text_of(deploy_folder / "skylight.schema.json"), config_schema())
       << "renew it: build/release/tests/service/skylight_config_samples --schema > "
          "deploy/skylight.schema.json";
 }
 
 TEST(Config, WhatIsPrintedIsReadBack) {
-  const Config sample = load_config({.file = kDeploy / "skylight.sample.json"});
+  const Config sample = load_config({.file = deploy_folder / "skylight.sample.json"});
   const std::string printed = config_json(sample);
   EXPECT_EQ(config_json(settings::read<Config>(settings::parse(printed, "printed"))), printed);
 }
@@ -153,15 +153,16 @@ TEST(Config, TheEnvironmentOfThisProcessIsRead) {
 }
 
 TEST(Config, PathsAreRelativeToTheFile) {
-  const Config config = load_config({.file = kDeploy / "skylight.sample.json"});
-  EXPECT_EQ(std::get<VideoSource>(config.source.input).path, (kDeploy / "hall.mp4").string());
-  EXPECT_EQ(config.appearances.at(0).image.value(), (kDeploy / "waffle.png").string());
+  const Config config = load_config({.file = deploy_folder / "skylight.sample.json"});
+  EXPECT_EQ(std::get<VideoSource>(config.source.input).path, (deploy_folder / "hall.mp4").string());
+  EXPECT_EQ(config.appearances.at(0).image.value(), (deploy_folder / "waffle.png").string());
   const Config named = load_config({.flags = {{"source.scenario=circle"}}});
   EXPECT_EQ(std::get<SimulatorSource>(named.source.input).scenario, "circle");
   const Config moved =
-      load_config({.file = kDeploy / "skylight.sample.json",
+      load_config({.file = deploy_folder / "skylight.sample.json",
                    .flags = {{"source={\"scenario\": \"my/room.json\"}"}, {"appearances[0].image=/a.png"}}});
-  EXPECT_EQ(std::get<SimulatorSource>(moved.source.input).scenario, (kDeploy / "my/room.json").string());
+  EXPECT_EQ(std::get<SimulatorSource>(moved.source.input).scenario,
+            (deploy_folder / "my/room.json").string());
   EXPECT_EQ(moved.appearances.at(0).image.value(), "/a.png");
 }
 
@@ -178,7 +179,7 @@ TEST(Config, ARobotTakesWhatItDoesNotSayFromTheTracker) {
   EXPECT_EQ(robot_spec(config.robots.at(1), nullptr).filter.alpha, WindowFilterConfig{}.alpha);
 }
 
-const char* const kCamera =
+constexpr const char* kCamera =
     R"({"id": "c", "overhead": {"height_m": 4, "metres_per_pixel": 0.004, "size_px": [1000, 800]}})";
 
 struct Refused {
@@ -186,7 +187,7 @@ struct Refused {
   std::string what;
 };
 
-const Refused kRefused[] = {
+const Refused refused_texts[] = {
     {R"({"server": {"host": "0.0.0.0"}})",
      "my.json:1: server.host: \"0.0.0.0\" can be reached from other machines: that needs "
      "server.token_sha256"},
@@ -252,7 +253,7 @@ const Refused kRefused[] = {
 };
 
 TEST(Config, RefusesWhatIsWrongAndWhatContradicts) {
-  for (const Refused& each : kRefused) EXPECT_EQ(refusal(each.text), each.what) << each.text;
+  for (const Refused& each : refused_texts) EXPECT_EQ(refusal(each.text), each.what) << each.text;
 }
 
 TEST(Config, AnotherHostIsAllowedWithAToken) {

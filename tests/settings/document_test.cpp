@@ -10,7 +10,7 @@
 namespace skylight::settings {
 namespace {
 
-using std::string_literals::operator""s;
+using namespace std::string_literals;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -21,7 +21,7 @@ struct Malformed {
   std::string says;
 };
 
-const Malformed kMalformed[] = {
+const Malformed malformed_texts[] = {
     {"", 1, "", "unexpected end of input"},
     {"\n\n{\n", 3, "", "unexpected end of input"},
     {"{\n  \"a\": 1,\n  \"b\" 2\n}", 3, "b", "unexpected number literal"},
@@ -45,7 +45,7 @@ const Malformed kMalformed[] = {
 };
 
 TEST(Document, SaysWhereATextIsMalformed) {
-  for (const Malformed& each : kMalformed) {
+  for (const Malformed& each : malformed_texts) {
     try {
       parse(each.text, "room.json");
       ADD_FAILURE() << "accepted: " << each.text;

@@ -66,7 +66,7 @@ struct Refused {
   const char* what;
 };
 
-const Refused kRefused[] = {
+constexpr Refused kRefused[] = {
     {"[]", "room.json:1: expected an object, found a list"},
     {"{\n\"robots\": [{\"id\": \"a\",\n \"speed\": 7}]}",
      "room.json:3: robots[0].speed: 7 is out of range, allowed 0 to 0.26 m/s"},

@@ -12,7 +12,7 @@ using settings::Document;
 using settings::Error;
 using settings::parse;
 
-const char* const kText = "{\"width\": 5, \"robots\": [{\"id\": \"a\"}]}";
+constexpr const char* kText = "{\"width\": 5, \"robots\": [{\"id\": \"a\"}]}";
 
 Room with(const std::string& assignment, const std::string& origin = "--set") {
   Document document = parse(kText, "room.json");
@@ -71,6 +71,7 @@ TEST(Set, RefusesPathsAndValuesThatAreNone) {
             "--set robots.id: cannot be set: the list has entries [0], [1] ... and no key id");
   EXPECT_EQ(refusal("width.x=1"), "--set width.x: cannot be set: what x is asked of holds no keys");
   EXPECT_EQ(refusal("robots=[{]").substr(0, 15), "--set robots[0]");
+  EXPECT_EQ(refusal("first={\"length\": 1e999}"), "--set first.length: the number 1e999 is too big");
   EXPECT_EQ(refusal("name=\xff"), "--set name: the value is no UTF-8");
 }
 
