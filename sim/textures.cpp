@@ -189,10 +189,11 @@ FloorTexture make_floor(const RoomSpec& room, std::uint64_t seed, const std::fil
 cv::Mat draw_robot_picture(std::uint64_t seed, int size_px) {
   cv::RNG random(seed * 0x9e3779b97f4a7c15ULL + 1);
   const int n = size_px * 4;  // drawn four times as large, then averaged: clean edges at any angle
-  const double hue = random.uniform(0.0, 360.0);
-  cv::Mat image(n, n, CV_8UC3, hsv(hue, 0.10, 0.88));
+  const double hue =
+      200.0 + 137.508 * static_cast<double>(seed % 360);  // the golden angle: neighbouring seeds differ most
+  cv::Mat image(n, n, CV_8UC3, hsv(hue, 0.42, 0.90));
   // Shapes on a jittered grid: every part of the picture has corners, wherever the lidar stands.
-  constexpr int kGrid = 5;
+  constexpr int kGrid = 4;
   const double cell = static_cast<double>(n) / kGrid;
   for (int round = 0; round < 2; ++round) {
     for (int j = 0; j < kGrid; ++j) {
@@ -200,10 +201,10 @@ cv::Mat draw_robot_picture(std::uint64_t seed, int size_px) {
         const cv::Point2d centre((i + 0.5 + random.uniform(-0.35, 0.35)) * cell,
                                  (j + 0.5 + random.uniform(-0.35, 0.35)) * cell);
         const double shift = random.uniform(0, 3) * 120.0 + random.uniform(-25.0, 25.0);
-        const bool dark = random.uniform(0.0, 1.0) < 0.45;
+        const bool dark = random.uniform(0.0, 1.0) < (round == 0 ? 0.7 : 0.3);
         const cv::Scalar color = dark ? hsv(hue + shift, 0.75, random.uniform(0.16, 0.35))
                                       : hsv(hue + shift, random.uniform(0.5, 0.9), random.uniform(0.6, 0.92));
-        const double radius = cell * (round == 0 ? random.uniform(0.42, 0.62) : random.uniform(0.18, 0.30));
+        const double radius = cell * (round == 0 ? random.uniform(0.40, 0.60) : random.uniform(0.16, 0.26));
         cv::fillConvexPoly(image, random_polygon(random, centre, radius), color, cv::LINE_8, 4);
       }
     }

@@ -2,10 +2,12 @@
 #include "sim/program.hpp"
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
+#include "sim/scenario_file.hpp"
 #include "sim/world.hpp"
 
 namespace skylight::sim {
@@ -137,6 +139,29 @@ TEST(Program, CommandsAreCutToTheRobotsLimitsAlongTheSameCurve) {
   const Command command = program.command(0.0, Pose2{});
   EXPECT_NEAR(command.v_mps, 0.26, 1e-12);
   EXPECT_NEAR(command.w_radps, 0.5 * std::numbers::pi / 3.0, 1e-12);
+}
+
+TEST(Program, TheDemoGoesOnWithoutAnyoneTouchingAnything) {
+  const Scenario demo = load_scenario(std::filesystem::path(SKYLIGHT_SOURCE_DIR) / "sim/scenarios/demo.json");
+  World world(demo.room, demo.robots);
+  std::vector<Program> programs;
+  for (const RobotSpec& robot : demo.robots) programs.emplace_back(robot.program, DriveLimits{});
+  std::vector<Command> commands(programs.size());
+  std::vector<Eigen::Vector2d> before;
+  for (std::size_t i = 0; i < programs.size(); ++i) before.push_back(world.state(i).pose.position());
+  for (int step = 0; step < 1200 * 500; ++step) {
+    for (std::size_t i = 0; step % 5 == 0 && i < programs.size(); ++i) {
+      commands[i] = programs[i].command(0.002 * step, world.state(i).pose);
+      ASSERT_FALSE(world.in_contact(i)) << demo.robots[i].id << " after " << 0.002 * step << " s";
+    }
+    world.step(commands);
+    if (step % 2500 != 0) continue;  // every 5 s: nobody stands still for long
+    for (std::size_t i = 0; i < programs.size() && step > 0; ++i) {
+      const Eigen::Vector2d now = world.state(i).pose.position();
+      EXPECT_GT((now - before[i]).norm(), 0.02) << demo.robots[i].id << " after " << 0.002 * step << " s";
+      before[i] = now;
+    }
+  }
 }
 
 }  // namespace
