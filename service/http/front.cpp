@@ -411,7 +411,9 @@ Front::Impl::Impl(const ServerOptions& options, const Router& router, const Stat
       slow_(options.slow_threads, options.slow_queue, options.log) {}
 
 std::uint16_t Front::Impl::listen() {
-  const std::string where = options_.host + ':' + std::to_string(options_.port);
+  const bool v6 = options_.host.find(':') != std::string::npos;
+  const std::string where =
+      (v6 ? '[' + options_.host + ']' : options_.host) + ':' + std::to_string(options_.port);
   const auto check = [&where](const Error& error) {
     if (error) throw std::runtime_error("cannot listen on " + where + ": " + error.message());
   };

@@ -131,8 +131,8 @@ std::string_view Gate::origin_form(const Head& head) const {
                   "the target is longer than " + std::to_string(options_.max_target_bytes) + " bytes");
   }
   const std::size_t scheme_end = head.target.find("://");
-  const bool absolute = scheme_end == 4 || scheme_end == 5;
-  if (!absolute || lower_case(head.target.substr(0, 4)) != "http") return head.target;
+  const std::string scheme = lower_case(head.target.substr(0, std::min<std::size_t>(scheme_end, 6)));
+  if (scheme != "http" && scheme != "https") return head.target;
   const std::string_view rest = head.target.substr(scheme_end + 3);
   const std::size_t path = std::min(rest.find('/'), rest.size());
   check_host(rest.substr(0, path), head.local_address);

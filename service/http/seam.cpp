@@ -114,10 +114,11 @@ Seam::Library::Library(Log log) : log_(std::move(log)) {
     if (response.body.empty()) fill(response, problem(response.status, "", "The request was refused."));
     return HandlerResponse::Handled;
   }));
-  set_exception_handler([this](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
-    report(*current_, "an exception outside the handler");
-    fill(response, internal_error());
-  });
+  set_exception_handler(
+      [this](const httplib::Request&, httplib::Response& response, const std::exception_ptr& /*thrown*/) {
+        report(*current_, "an exception outside the handler");
+        fill(response, internal_error());
+      });
   set_post_routing_handler([this](const httplib::Request&, httplib::Response& response) {
     response.headers.erase("Keep-Alive");     // the library's numbers, not the front's
     response.headers.erase("Accept-Ranges");  // added to HEAD; there are no ranges here

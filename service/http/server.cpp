@@ -68,6 +68,10 @@ class Server::Impl {
   Impl(ServerOptions options, Router router, std::vector<StaticFile> files)
       : options_(std::move(options)), router_(std::move(router)), files_(std::move(files)) {
     check(options_);
+    for (const Route& route : router_.routes()) {
+      check_range("max_body_bytes of " + route.pattern, route.options.max_body_bytes, 0,
+                  options_.max_bodies_bytes);
+    }
   }
   ~Impl() { stop(); }
 

@@ -74,7 +74,8 @@ std::string answer_head(const Reply& reply, std::size_t body_bytes, const Envelo
   std::string out = "HTTP/1.1 " + std::to_string(reply.status) + ' ';
   out += status_words(reply.status);
   out += "\r\n";
-  for (const auto& [name, value] : answer_headers(reply, body_bytes > 0)) out += name + ": " + value + "\r\n";
+  for (const auto& [name, value] : answer_headers(reply, body_bytes > 0))
+    out.append(name).append(": ").append(value).append("\r\n");
   if (!is_bodiless(reply.status)) out += "Content-Length: " + std::to_string(body_bytes) + "\r\n";
   if (!envelope.keep_alive) {
     out += "Connection: close\r\n";

@@ -21,6 +21,7 @@ using test::RawClient;
 using test::TestServer;
 
 constexpr milliseconds kShort{150};
+constexpr std::chrono::hours kLong{24};  // so that no other deadline can be the one that cuts
 constexpr const char* kPutHead =
     "PUT /api/echo HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: "
     "100\r\n\r\n";
@@ -43,7 +44,7 @@ TEST(Deadlines, CutAConnectionThatSaysNothing) {
 }
 
 TEST(Deadlines, CutAHeadThatDribblesHoweverSteadily) {
-  const TestServer server({.deadlines = {.head = kShort}});
+  const TestServer server({.deadlines = {.idle = kLong, .head = kShort}});
   RawClient client(server.port());
   client.send("GET / HTTP/1.1\r\nX: ");
   dribble(client, std::string(2000, 'a'));  // 40 s of dribbling at the least
@@ -52,7 +53,7 @@ TEST(Deadlines, CutAHeadThatDribblesHoweverSteadily) {
 }
 
 TEST(Deadlines, CutABodyThatDribblesHoweverSteadily) {
-  const TestServer server({.deadlines = {.body = kShort}});
+  const TestServer server({.deadlines = {.idle = kLong, .head = kLong, .body = kShort}});
   RawClient client(server.port());
   client.send(
       "PUT /api/echo HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: "

@@ -163,17 +163,18 @@ TEST(Lanes, ServeFilesWhileEveryWorkerIsBusy) {
 }
 
 TEST(Limits, HoldTheSumOfAllBodies) {
-  TestServer server({.max_bodies_bytes = 1024 * 1024});
+  const TestServer server({.max_bodies_bytes = 4U * 1024 * 1024});
+  const std::string head = "PUT /api/picture HTTP/1.1\r\nHost: localhost\r\nContent-Type: image/png\r\n";
+  const std::string body(3'000'000, 'p');
   RawClient first(server.port());
-  const std::string head = "PUT /api/echo HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n";
-  EXPECT_EQ(first.ask(head + "Expect: 100-continue\r\nContent-Length: 800000\r\n\r\n")->status, 100);
+  EXPECT_EQ(first.ask(head + "Expect: 100-continue\r\nContent-Length: 3000000\r\n\r\n")->status, 100);
   RawClient second(server.port());
-  const auto busy = second.ask(head + "Content-Length: 800000\r\n\r\n");
+  const auto busy = second.ask(head + "Content-Length: 3000000\r\n\r\n");
   ASSERT_TRUE(busy);
   EXPECT_EQ(busy->status, 503);
-  EXPECT_EQ(first.ask(std::string(800'000, ' '))->status, 200);
+  EXPECT_EQ(first.ask(body)->status, 200);
   RawClient third(server.port());
-  EXPECT_EQ(third.ask(head + "Content-Length: 800000\r\n\r\n" + std::string(800'000, ' '))->status, 200);
+  EXPECT_EQ(third.ask(head + "Content-Length: 3000000\r\n\r\n" + body)->status, 200);
 }
 
 TEST(Start, SaysThatThePortIsTaken) {
@@ -207,6 +208,12 @@ TEST(Start, RefusesOptionsOutsideTheirRanges) {
   refused({.max_connections = 0});
   refused({.max_bodies_bytes = 1000});
   refused({.deadlines = {.idle = std::chrono::milliseconds(0)}});
+}
+
+TEST(Start, RefusesARouteThatTakesMoreThanAllBodiesTogether) {
+  Router router;
+  router.add("PUT", "/big", [](const Request&) { return Reply{}; }, {.max_body_bytes = 3'000'000});
+  EXPECT_THROW(Server({.max_bodies_bytes = 2'000'000}, std::move(router), {}), std::invalid_argument);
 }
 
 TEST(Stop, EndsWithConnectionsOpenAndNobodyOnThem) {
