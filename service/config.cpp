@@ -179,6 +179,17 @@ RobotSpec robot_spec(const RobotConfig& robot, std::shared_ptr<const Appearance>
   return spec;
 }
 
+RobotConfig robot_config(const RobotSpec& spec) {
+  RobotConfig robot{
+      .id = spec.id, .appearance = spec.appearance->id(), .surface_height_m = spec.surface_height_m};
+  robot.method.detector = spec.detector;
+  robot.method.filter.kind = spec.filter;
+  robot.method.homography = spec.homography;
+  if (spec.initial_pose)
+    robot.initial_pose = InitialPose{spec.initial_pose->x, spec.initial_pose->y, spec.initial_pose->yaw};
+  return robot;
+}
+
 TrackerConfig tracker_config(const Config& config) {
   TrackerConfig tracker;
   tracker.search = config.tracker.search;

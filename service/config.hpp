@@ -202,6 +202,9 @@ FrameCut frame_cut(const AppearanceConfig& appearance);
 RobotSpec robot_spec(const RobotConfig& robot, std::shared_ptr<const Appearance> appearance);
 TrackerConfig tracker_config(const Config& config);
 
+/// The configuration that makes this robot: robot_spec()'s inverse.
+RobotConfig robot_config(const RobotSpec& spec);
+
 // For whoever reads or writes one of these alone (the REST resources).
 void describe(settings::Fields& fields, CameraConfig& camera);
 void describe(settings::Fields& fields, AppearanceConfig& appearance);

@@ -1,0 +1,163 @@
+#include "service/assembly.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "service/pose_query.hpp"
+#include "service/sources/video.hpp"
+
+namespace skylight::service {
+namespace {
+
+// Gives its first frame twice over: once to look at, then again in its turn.
+class PeekedFrames final : public FrameSource {
+ public:
+  explicit PeekedFrames(std::unique_ptr<FrameSource> inner)
+      : inner_(std::move(inner)), first_(inner_->next()) {}
+
+  const std::optional<Frame>& first() const { return first_; }
+  std::optional<Frame> next() override {
+    if (!given_) {
+      given_ = true;
+      return first_;
+    }
+    return inner_->next();
+  }
+  std::uint64_t bad_frames() const override { return inner_->bad_frames(); }
+
+ private:
+  std::unique_ptr<FrameSource> inner_;
+  std::optional<Frame> first_;
+  bool given_ = false;
+};
+
+std::size_t camera_index(const std::vector<NamedCamera>& cameras, const std::string& id) {
+  const auto at = std::find_if(cameras.begin(), cameras.end(),
+                               [&](const NamedCamera& camera) { return camera.id == id; });
+  if (at == cameras.end()) throw std::invalid_argument("there is no camera '" + id + "'");
+  return static_cast<std::size_t>(at - cameras.begin());
+}
+
+FileSourceOptions file_options(const std::optional<double>& start_s, double frame_rate_hz, bool loop,
+                               std::size_t camera) {
+  return {.start = start_s ? from_unix_seconds(*start_s) : system_now(),
+          .frame_rate_hz = frame_rate_hz,
+          .loop = loop,
+          .camera = camera};
+}
+
+struct OpenSource {
+  const std::vector<NamedCamera>& cameras;
+
+  std::unique_ptr<FrameSource> operator()(const SimulatorSource& s) const {
+    return std::make_unique<SimulatorFrames>(s.scenario, s.seed);
+  }
+  std::unique_ptr<FrameSource> operator()(const VideoSource& s) const {
+    return std::make_unique<VideoFrames>(
+        s.path, file_options(s.start_s, 0.0, s.loop, camera_index(cameras, s.camera)));
+  }
+  std::unique_ptr<FrameSource> operator()(const FolderSource& s) const {
+    return std::make_unique<FolderFrames>(
+        s.path, file_options(s.start_s, s.frame_rate_hz, s.loop, camera_index(cameras, s.camera)));
+  }
+};
+
+// What the scenario says of cameras, appearances and robots, where the configuration is silent.
+void take_from_scenario(const Config& config, Assembly& assembly) {
+  const SimulatorFrames& simulator = *assembly.simulator;
+  if (config.cameras.empty()) {
+    for (const SimulatedCamera& camera : simulator.cameras())
+      assembly.cameras.push_back({camera.id, camera.model});
+  }
+  for (const SimulatedRobot& robot : simulator.robots())
+    assembly.appearances.emplace(robot.id, robot.appearance);
+  if (!config.robots.empty()) return;
+  for (const SimulatedRobot& robot : simulator.robots()) {
+    RobotConfig as_configured{.id = robot.id, .method = config.tracker.method};
+    assembly.robots.push_back(robot_spec(as_configured, robot.appearance));
+  }
+}
+
+// Appearances of the configuration; those cut from a frame look at the source's first one.
+std::map<std::string, Pose2> add_appearances(const Config& config, Assembly& assembly) {
+  std::map<std::string, Pose2> cut_poses;
+  std::unique_ptr<PeekedFrames> peeked;
+  for (const AppearanceConfig& appearance : config.appearances) {
+    const Frame* frame = nullptr;
+    const CameraModel* camera = nullptr;
+    if (appearance.cut_from_frame) {
+      if (!peeked) peeked = std::make_unique<PeekedFrames>(std::move(assembly.source));
+      if (!peeked->first())
+        throw SourceError("appearance '" + appearance.id + "': the source has no frame to cut from");
+      frame = &*peeked->first();
+      const std::size_t index = camera_index(assembly.cameras, appearance.cut_from_frame->camera);
+      if (frame->camera != index)
+        throw SourceError("appearance '" + appearance.id + "': the source's first frame is another camera's");
+      camera = &assembly.cameras[index].model;
+    }
+    Pose2 pose;
+    assembly.appearances[appearance.id] = make_appearance(appearance, frame, camera, &pose);
+    if (frame != nullptr) cut_poses[appearance.id] = pose;
+  }
+  if (peeked) assembly.source = std::move(peeked);
+  return cut_poses;
+}
+
+}  // namespace
+
+std::shared_ptr<const Appearance> make_appearance(const AppearanceConfig& config, const Frame* frame,
+                                                  const CameraModel* camera, Pose2* cut_pose) {
+  Picture picture;
+  if (config.cut_from_frame) {
+    picture = cut_from_frame(*frame, *camera, frame_cut(config), cut_pose);
+  } else {
+    picture.image = read_picture(*config.image, cv::IMREAD_UNCHANGED);
+    picture.metres_per_pixel = *config.metres_per_pixel;
+    picture.surface_height_m = config.surface_height_m;
+  }
+  picture.reference_point_m = {config.reference_point_m[0], config.reference_point_m[1]};
+  if (config.cut_from_frame && cut_pose != nullptr) {  // where the box's centre is, until here
+    const Eigen::Vector2d base =
+        cut_pose->position() + Eigen::Rotation2Dd(cut_pose->yaw) * picture.reference_point_m;
+    cut_pose->x = base.x();
+    cut_pose->y = base.y();
+  }
+  return std::make_shared<const Appearance>(config.id, picture);
+}
+
+Assembly assemble(const Config& config) {
+  Assembly assembly{
+      .source = nullptr, .cameras = {}, .appearances = {}, .robots = {}, .tracker = tracker_config(config)};
+  for (const CameraConfig& camera : config.cameras)
+    assembly.cameras.push_back({camera.id, camera_model(camera)});
+  assembly.source = std::visit(OpenSource{assembly.cameras}, config.source.input);
+  if (const auto* simulator = std::get_if<SimulatorSource>(&config.source.input)) {
+    assembly.simulator = static_cast<SimulatorFrames*>(assembly.source.get());
+    assembly.speed = simulator->speed;
+    take_from_scenario(config, assembly);
+  }
+  const auto cut_poses = add_appearances(config, assembly);
+  for (const RobotConfig& robot : config.robots) {
+    const std::string& appearance = robot.appearance.value_or(robot.id);
+    const auto at = assembly.appearances.find(appearance);
+    if (at == assembly.appearances.end())
+      throw std::invalid_argument("robot '" + robot.id + "': there is no appearance '" + appearance + "'");
+    RobotSpec spec = robot_spec(robot, at->second);
+    if (const auto cut = cut_poses.find(appearance); cut != cut_poses.end() && !spec.initial_pose)
+      spec.initial_pose = cut->second;
+    assembly.robots.push_back(std::move(spec));
+  }
+  return assembly;
+}
+
+Tracker make_tracker(const Assembly& assembly) {
+  std::vector<CameraModel> models;
+  for (const NamedCamera& camera : assembly.cameras) models.push_back(camera.model);
+  Tracker tracker(std::move(models), assembly.tracker);
+  for (const RobotSpec& robot : assembly.robots) tracker.add(robot);
+  return tracker;
+}
+
+}  // namespace skylight::service

@@ -1,0 +1,234 @@
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+
+#include "service/assembly.hpp"
+#include "service/commands/commands.hpp"
+#include "service/sources/video.hpp"
+#include "service/trajectory.hpp"
+#include "service/wire.hpp"
+
+namespace skylight::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TrackFlags {
+  ConfigFlags config;
+  std::string input;
+  std::string out;
+  std::string kind = "filtered";
+  double start_s = 0.0;
+  double frame_rate_hz = 0.0;
+  double metres_per_pixel = 0.0;
+  double camera_height_m = 2.5;
+  std::vector<std::string> cuts;
+};
+
+struct Cut {
+  std::string id;
+  double box[4] = {};
+  double yaw_deg = 0.0;
+};
+
+// ID:X,Y,W,H or ID:X,Y,W,H,YAW_DEG
+Cut parse_cut(const std::string& text) {
+  Cut cut;
+  const auto colon = text.find(':');
+  char end = '\0';
+  const int fields = colon == std::string::npos
+                         ? 0
+                         : std::sscanf(text.c_str() + colon + 1, "%lf,%lf,%lf,%lf,%lf%c", &cut.box[0],
+                                       &cut.box[1], &cut.box[2], &cut.box[3], &cut.yaw_deg, &end);
+  if (fields != 4 && fields != 5)
+    throw UsageError("--cut is '" + text +
+                     "', expected ID:LEFT,TOP,WIDTH,HEIGHT[,YAW_DEGREES] in pixels of the first frame");
+  cut.id = text.substr(0, colon);
+  return cut;
+}
+
+// A camera that looks straight down and the robots of --cut, as configuration values.
+std::vector<Override> camera_and_robots(const TrackFlags& flags, const cv::Size& size) {
+  Json camera{{"id", "camera"},
+              {"overhead",
+               {{"height_m", flags.camera_height_m},
+                {"metres_per_pixel", flags.metres_per_pixel},
+                {"size_px", {size.width, size.height}}}}};
+  Json appearances = Json::array();
+  Json robots = Json::array();
+  for (const std::string& text : flags.cuts) {
+    const Cut cut = parse_cut(text);
+    appearances.push_back({{"id", cut.id},
+                           {"cut_from_frame",
+                            {{"camera", "camera"},
+                             {"box_px", cut.box},
+                             {"yaw_rad", wrap_angle(cut.yaw_deg * std::numbers::pi / 180.0)}}}});
+    robots.push_back({{"id", cut.id}, {"appearance", cut.id}});
+  }
+  return {{"cameras=" + Json::array({camera}).dump(), "--metres-per-pixel"},
+          {"appearances=" + appearances.dump(), "--cut"},
+          {"robots=" + robots.dump(), "--cut"}};
+}
+
+cv::Size first_frame_size(const TrackFlags& flags) {
+  const FileSourceOptions options{.frame_rate_hz = 30.0};
+  std::optional<Frame> frame;
+  if (fs::is_directory(flags.input)) {
+    frame = FolderFrames(flags.input, options).next();
+  } else {
+    frame = VideoFrames(flags.input, options).next();
+  }
+  if (!frame) throw SourceError(flags.input + ": no frame");
+  return frame->image.size();
+}
+
+Config configure(const TrackFlags& flags) {
+  std::vector<Override> more;
+  std::string camera = "camera";
+  if (!flags.cuts.empty()) {
+    if (!(flags.metres_per_pixel > 0))
+      throw UsageError("--cut needs --metres-per-pixel: the scale of the robots' plane");
+    if (!flags.config.file.empty())
+      throw UsageError("--cut and --config exclude each other: say cut_from_frame in the file");
+    more = camera_and_robots(flags, first_frame_size(flags));
+  } else if (flags.config.file.empty()) {
+    throw UsageError("what is to be tracked? Give --config, or --cut with --metres-per-pixel");
+  } else {
+    camera.clear();
+  }
+  const bool folder = fs::is_directory(flags.input);
+  Json source{{"type", folder ? "folder" : "video"},
+              {"path", fs::absolute(flags.input).string()},
+              {"start_s", flags.start_s}};
+  if (folder && flags.frame_rate_hz > 0) source["frame_rate_hz"] = flags.frame_rate_hz;
+  if (camera.empty()) {
+    // The one camera of the file; which one, only the file knows.
+    const settings::Document file = settings::load(flags.config.file);
+    const settings::Node* cameras = file.root.find("cameras");
+    const settings::Node* id =
+        cameras != nullptr && !cameras->children.empty() ? cameras->children[0].find("id") : nullptr;
+    const std::string* name = id != nullptr ? std::get_if<std::string>(&id->scalar) : nullptr;
+    camera = name != nullptr ? *name : "camera";
+  }
+  source["camera"] = camera;
+  more.push_back({"source=" + source.dump(), flags.input});
+  return flags.config.load(more);
+}
+
+struct Tally {
+  std::size_t measured = 0;
+  std::size_t tracking = 0;
+};
+
+fs::path with_robot(const fs::path& path, const std::string& robot) {
+  return path.parent_path() / (path.stem().string() + "." + robot + path.extension().string());
+}
+
+void write_file(const fs::path& path, const std::function<void(std::ostream&)>& write) {
+  std::ofstream out(path);
+  write(out);
+  out.flush();
+  if (!out) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+void write_results(const fs::path& path, const std::vector<RobotView>& views, PoseKind kind) {
+  std::string extension = path.extension().string();
+  const auto format = trajectory_format(extension.empty() ? "" : extension.substr(1));
+  std::vector<Trajectory> trajectories;
+  for (const RobotView& view : views)
+    trajectories.push_back(make_trajectory(view.id, view.history, kind, Time::min(), Time::max()));
+  if (*format == TrajectoryFormat::csv) {
+    write_file(path, [&](std::ostream& out) {
+      write_csv_header(out);
+      for (const Trajectory& trajectory : trajectories) write_csv_rows(out, trajectory);
+    });
+    return;
+  }
+  for (const Trajectory& trajectory : trajectories) {  // these formats hold one robot a file
+    write_file(trajectories.size() == 1 ? path : with_robot(path, trajectory.robot),
+               [&](std::ostream& out) { write_trajectory(out, trajectory, *format); });
+  }
+}
+
+void check_out(const TrackFlags& flags) {
+  if (flags.out.empty()) return;
+  const std::string extension = fs::path(flags.out).extension().string();
+  if (!trajectory_format(extension.empty() ? "" : extension.substr(1)))
+    throw UsageError("--out is '" + flags.out + "', allowed endings: .csv, .tum, .json");
+}
+
+int track(const TrackFlags& flags) {
+  check_out(flags);
+  const PoseKind kind = flags.kind == "measured" ? PoseKind::measured : PoseKind::filtered;
+  Config config = configure(flags);
+  config.history.max_age_s = 1e6;  // all of it is written out at the end
+  config.history.max_entries = 10'000'000;
+  Assembly assembly = assemble(config);
+  Tracker tracker = make_tracker(assembly);
+
+  std::map<std::string, Tally> tallies;
+  std::size_t frames = 0;
+  std::size_t refused = 0;
+  {
+    Progress progress(flags.input, 0);
+    while (const auto frame = assembly.source->next()) {
+      try {
+        for (const RobotReport& report : tracker.process(*frame)) {
+          tallies[report.id].measured += report.measured ? 1 : 0;
+          tallies[report.id].tracking += report.state == TrackState::tracking ? 1 : 0;
+        }
+        ++frames;
+      } catch (const std::invalid_argument& e) {
+        if (++refused == 1)
+          std::cerr << "skylight: " << flags.input << ": frame " << frame->sequence << ": " << e.what()
+                    << "\n";
+      }
+      progress.step();
+    }
+  }
+  if (frames == 0) throw SourceError(flags.input + ": no frame could be tracked");
+  if (!flags.out.empty()) write_results(flags.out, tracker.views(), kind);
+  const std::size_t skipped = refused + assembly.source->bad_frames();
+  std::printf("%zu frames%s\n%-20s %10s %10s\n", frames,
+              skipped > 0 ? (", " + std::to_string(skipped) + " skipped").c_str() : "", "robot", "measured",
+              "tracking");
+  for (const RobotView& view : tracker.views()) {
+    const Tally& tally = tallies[view.id];
+    std::printf("%-20s %9.1f%% %9.1f%%\n", view.id.c_str(),
+                100.0 * static_cast<double>(tally.measured) / static_cast<double>(frames),
+                100.0 * static_cast<double>(tally.tracking) / static_cast<double>(frames));
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_track(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<TrackFlags>();
+  CLI::App* command = app.add_subcommand("track", "Tracks a video or a folder of images offline");
+  command->add_option("input", flags->input, "Video file, or folder of images")->required();
+  flags->config.add_to(*command);
+  command->add_option("--out", flags->out, "Poses to this file, format by extension: .csv, .tum, .json");
+  command->add_option("--kind", flags->kind, "Poses to write: measured or filtered (filtered)")
+      ->check(CLI::IsMember({"measured", "filtered"}));
+  command
+      ->add_option("--cut", flags->cuts,
+                   "Without a configuration: a robot cut from the first frame, "
+                   "ID:LEFT,TOP,WIDTH,HEIGHT[,YAW_DEGREES] in pixels")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--metres-per-pixel", flags->metres_per_pixel,
+                   "With --cut: scale of the robots' plane under a camera that looks straight down")
+      ->check(CLI::Range(1e-6, 1.0));
+  command
+      ->add_option("--camera-height", flags->camera_height_m,
+                   "With --cut: the camera's height in metres (2.5)")
+      ->check(CLI::Range(0.1, 100.0));
+  command->add_option("--start", flags->start_s, "Capture time of the first frame, Unix seconds (0)")
+      ->check(CLI::Range(0.0, 7258118400.0));
+  command->add_option("--frame-rate", flags->frame_rate_hz, "Of a folder, frames per second")
+      ->check(CLI::Range(0.01, 10000.0));
+  command->callback([flags, &run] { run = [flags] { return track(*flags); }; });
+}
+
+}  // namespace skylight::service

@@ -1,0 +1,228 @@
+#include "service/pipeline.hpp"
+
+#include <algorithm>
+
+namespace skylight::service {
+namespace {
+
+// When a frame of a recorded or simulated source is due, on the wall's clock. A source that cannot keep up
+// does not pile up a debt: what was lost is lost, and its time goes on from now.
+class Pacer {
+ public:
+  Pacer(Time now, double speed) : base_(now), speed_(speed) {}
+
+  Time due(Time captured, Time now) {
+    constexpr Duration kTolerated = std::chrono::milliseconds(200);
+    if (!first_) first_ = captured;
+    const Duration since{
+        static_cast<Duration::rep>(static_cast<double>((captured - *first_).count()) / speed_)};
+    if (now - (base_ + since) > kTolerated) base_ = now - since;
+    return base_ + since;
+  }
+
+ private:
+  Time base_;
+  double speed_;
+  std::optional<Time> first_;
+};
+
+}  // namespace
+
+Time system_now() {
+  return std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
+}
+
+const RobotSnapshot* Snapshot::robot(std::string_view id) const {
+  const auto at = std::find_if(robots.begin(), robots.end(),
+                               [&](const RobotSnapshot& robot) { return robot.view.id == id; });
+  return at == robots.end() ? nullptr : &*at;
+}
+
+const CameraSnapshot* Snapshot::camera(std::string_view id) const {
+  const auto at = std::find_if(cameras.begin(), cameras.end(),
+                               [&](const CameraSnapshot& camera) { return camera.id == id; });
+  return at == cameras.end() ? nullptr : &*at;
+}
+
+Pipeline::Pipeline(std::unique_ptr<FrameSource> source, std::vector<NamedCamera> cameras, Tracker tracker,
+                   PipelineOptions options)
+    : options_(std::move(options)),
+      source_(std::move(source)),
+      tracker_(std::move(tracker)),
+      dropped_(cameras.size()),
+      recent_(cameras.size()) {
+  for (NamedCamera& camera : cameras) {
+    next_.cameras.push_back({.id = std::move(camera.id),
+                             .model = std::make_shared<const CameraModel>(camera.model),
+                             .image = {}});
+  }
+  for (const RobotSpec& spec : tracker_.robots()) specs_.push_back(std::make_shared<const RobotSpec>(spec));
+  publish();
+}
+
+Pipeline::~Pipeline() {
+  stop();
+}
+
+void Pipeline::start() {
+  capture_thread_ = std::thread([this] { capture(); });
+  track_thread_ = std::thread([this] { track(); });
+}
+
+void Pipeline::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  if (capture_thread_.joinable()) capture_thread_.join();
+  if (track_thread_.joinable()) track_thread_.join();
+}
+
+std::shared_ptr<const Snapshot> Pipeline::snapshot() const {
+  const std::lock_guard lock(published_mutex_);
+  return published_;
+}
+
+void Pipeline::change(const std::function<void(Tracker&)>& change) {
+  std::future<void> done;
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopping_) throw std::runtime_error("the service is stopping");
+    changes_.push_back({&change, {}});
+    done = changes_.back().done.get_future();
+  }
+  wake_.notify_all();
+  done.get();
+}
+
+void Pipeline::set_source(SourceState state, const std::string& error) {
+  {
+    const std::lock_guard lock(mutex_);
+    source_state_ = state;
+    source_error_ = error;
+  }
+  wake_.notify_all();
+  if (!error.empty() && options_.log) options_.log("source: " + error);
+}
+
+void Pipeline::capture() {
+  try {
+    set_source(SourceState::running, {});
+    capture_frames();
+  } catch (const std::exception& e) {
+    set_source(SourceState::failed, e.what());
+  }
+}
+
+void Pipeline::capture_frames() {
+  Pacer pacer(now(), options_.speed);
+  while (auto frame = source_->next()) {
+    frame->captured = pacer.due(frame->captured, now());
+    if (!wait_until(frame->captured)) return;
+    {
+      const std::lock_guard lock(mutex_);
+      if (newest_ && newest_->camera < dropped_.size()) ++dropped_[newest_->camera];
+      newest_ = std::move(frame);
+      bad_source_frames_ = source_->bad_frames();
+    }
+    wake_.notify_all();
+  }
+  set_source(SourceState::ended, {});
+}
+
+// False when the pipeline stops meanwhile.
+bool Pipeline::wait_until(Time due) {
+  std::unique_lock lock(mutex_);
+  const Duration left = due - now();
+  if (left > Duration::zero()) wake_.wait_for(lock, left, [this] { return stopping_; });
+  return !stopping_;
+}
+
+void Pipeline::track() {
+  for (;;) {
+    std::optional<Frame> frame;
+    std::vector<Change> changes;
+    {
+      std::unique_lock lock(mutex_);
+      const SourceState shown = next_.source;
+      wake_.wait(lock, [&] { return stopping_ || newest_ || !changes_.empty() || source_state_ != shown; });
+      frame.swap(newest_);
+      changes.swap(changes_);
+      next_.source = source_state_;
+      next_.source_error = source_error_;
+      for (std::size_t i = 0; i < dropped_.size(); ++i) next_.cameras[i].dropped = dropped_[i];
+      if (stopping_) {
+        for (Change& change : changes)
+          change.done.set_exception(std::make_exception_ptr(std::runtime_error("the service is stopping")));
+        return;
+      }
+    }
+    if (frame) process(*frame);
+    if (changes.empty()) {
+      publish();
+    } else {
+      run_changes(changes);
+    }
+  }
+}
+
+void Pipeline::process(const Frame& frame) {
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    tracker_.process(frame);
+  } catch (const std::exception& e) {  // a bad frame is counted and skipped, never fatal
+    if (frame.camera < next_.cameras.size()) ++next_.cameras[frame.camera].bad_frames;
+    if (options_.log) options_.log(std::string("frame skipped: ") + e.what());
+    return;
+  }
+  CameraSnapshot& camera = next_.cameras[frame.camera];
+  std::vector<Time>& recent = recent_[frame.camera];
+  recent.push_back(frame.captured);
+  std::erase_if(recent, [&](Time t) { return frame.captured - t > std::chrono::seconds(1); });
+  const double span = to_seconds(recent.back() - recent.front());
+  camera.frame_rate_hz = span > 0 ? static_cast<double>(recent.size() - 1) / span : 0.0;
+  ++camera.frames;
+  camera.captured = frame.captured;
+  camera.image = frame.image;
+  next_.captured = std::max(next_.captured, frame.captured);
+  next_.tracker_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  next_.processed = now();
+}
+
+// Every change is answered after it shows: whoever added a robot finds it.
+void Pipeline::run_changes(std::vector<Change>& changes) {
+  std::vector<std::exception_ptr> failures;
+  for (const Change& change : changes) {
+    try {
+      (*change.run)(tracker_);
+      failures.emplace_back();
+    } catch (...) {
+      failures.push_back(std::current_exception());
+    }
+  }
+  specs_.clear();
+  for (const RobotSpec& spec : tracker_.robots()) specs_.push_back(std::make_shared<const RobotSpec>(spec));
+  publish();
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    failures[i] ? changes[i].done.set_exception(failures[i]) : changes[i].done.set_value();
+  }
+}
+
+void Pipeline::publish() {
+  std::vector<RobotView> views = tracker_.views();
+  next_.robots.clear();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto copies = std::count_if(specs_.begin(), specs_.end(), [&](const auto& spec) {
+      return spec->appearance == specs_[i]->appearance;
+    });
+    next_.robots.push_back({specs_[i], std::move(views[i]), static_cast<int>(copies)});
+  }
+  ++next_.sequence;
+  auto snapshot = std::make_shared<const Snapshot>(next_);
+  const std::lock_guard lock(published_mutex_);
+  published_ = std::move(snapshot);
+}
+
+}  // namespace skylight::service

@@ -1,0 +1,123 @@
+#include "service/routes/context.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace skylight::service {
+namespace {
+
+constexpr double kLatestUnixSeconds = 7'258'118'400.0;  // 2200-01-01
+
+[[noreturn]] void refuse_parameter(const std::string& name, const std::string& value,
+                                   const std::string& allowed) {
+  throw http::Problem(400, "Bad query parameter", name + " is '" + value + "', allowed: " + allowed);
+}
+
+}  // namespace
+
+Appearances AppearanceStore::all() const {
+  const std::lock_guard lock(mutex_);
+  return appearances_;
+}
+
+std::shared_ptr<const Appearance> AppearanceStore::find(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto at = appearances_.find(id);
+  return at == appearances_.end() ? nullptr : at->second;
+}
+
+bool AppearanceStore::add(std::shared_ptr<const Appearance> appearance) {
+  const std::lock_guard lock(mutex_);
+  return appearances_.emplace(appearance->id(), appearance).second;
+}
+
+http::Reply json_reply(const Json& body, int status) {
+  return {.status = status, .body = body.dump() + "\n"};
+}
+
+std::optional<double> query_number(const http::Request& request, const std::string& name) {
+  const std::string* text = request.query_value(name);
+  if (text == nullptr) return std::nullopt;
+  char* end = nullptr;
+  const double value = std::strtod(text->c_str(), &end);
+  if (text->empty() || end != text->c_str() + text->size() || !std::isfinite(value))
+    refuse_parameter(name, *text, "a finite number");
+  return value;
+}
+
+std::optional<Time> query_time(const http::Request& request, const std::string& name) {
+  const auto seconds = query_number(request, name);
+  if (!seconds) return std::nullopt;
+  if (*seconds < 0.0 || *seconds > kLatestUnixSeconds)
+    refuse_parameter(name, *request.query_value(name), "Unix seconds, 0 to 7258118400");
+  return from_unix_seconds(*seconds);
+}
+
+std::optional<PoseKind> query_kind(const http::Request& request) {
+  const std::string* text = request.query_value("kind");
+  if (text == nullptr) return std::nullopt;
+  const auto kind = pose_kind_from_string(*text);
+  if (!kind) refuse_parameter("kind", *text, "measured, filtered, smoothed, predicted");
+  return kind;
+}
+
+void check_query(const http::Request& request, std::initializer_list<std::string_view> known) {
+  for (const auto& [name, value] : request.query) {
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      std::string allowed;
+      for (const std::string_view k : known) allowed += (allowed.empty() ? "" : ", ") + std::string(k);
+      throw http::Problem(
+          400, "Unknown query parameter",
+          "'" + name + "' is no parameter here, allowed: " + (allowed.empty() ? "none" : allowed));
+    }
+    if (request.query.count(name) > 1)
+      throw http::Problem(400, "Bad query parameter", name + " is given more than once");
+  }
+}
+
+const RobotSnapshot& robot_of(const http::Request& request, const Snapshot& snapshot) {
+  const std::string& id = request.path_param("id");
+  const RobotSnapshot* robot = snapshot.robot(id);
+  if (robot == nullptr) throw http::Problem(404, "No such robot", "there is no robot '" + id + "'");
+  return *robot;
+}
+
+Json page_of(const http::Request& request, const std::vector<Json>& items) {
+  const auto whole = [&](const std::string& name, double min, double max, double otherwise) {
+    const double value = query_number(request, name).value_or(otherwise);
+    if (value != std::floor(value) || value < min || value > max) {
+      refuse_parameter(name, *request.query_value(name),
+                       "a whole number from " + std::to_string(static_cast<long long>(min)) + " to " +
+                           std::to_string(static_cast<long long>(max)));
+    }
+    return static_cast<std::size_t>(value);
+  };
+  const std::size_t limit = whole("limit", 1, 1000, 100);
+  const std::size_t offset = whole("offset", 0, 1e9, 0);
+  Json page = Json::array();
+  for (std::size_t i = offset; i < std::min(items.size(), offset + limit); ++i) page.push_back(items[i]);
+  return {{"items", std::move(page)}, {"total", items.size()}, {"limit", limit}, {"offset", offset}};
+}
+
+settings::Document body_document(const http::Request& request) {
+  try {
+    return settings::parse(request.body, "body");
+  } catch (const settings::Error& error) {
+    throw http::Problem(400, "The body is not JSON", error.what());
+  }
+}
+
+void refuse_body(const settings::Error& error) {
+  throw http::Problem(422, "The body is refused", error.what());
+}
+
+void change_tracker(const RouteContext& context, const std::function<void(Tracker&)>& change) {
+  try {
+    context.pipeline.change(change);
+  } catch (const std::invalid_argument& e) {
+    throw http::Problem(422, "The change is refused", e.what());
+  }
+}
+
+}  // namespace skylight::service

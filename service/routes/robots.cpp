@@ -1,0 +1,93 @@
+#include "service/routes/context.hpp"
+
+namespace skylight::service {
+namespace {
+
+// What `from` says and `into` does not: a change names only the keys that it changes.
+void add_missing(settings::Node& into, const settings::Node& from) {
+  for (std::size_t i = 0; i < from.children.size(); ++i) {
+    if (settings::Node* there = const_cast<settings::Node*>(into.find(from.keys[i])); there == nullptr) {
+      into.keys.push_back(from.keys[i]);
+      into.children.push_back(from.children[i]);
+    } else if (there->kind == settings::Node::Kind::object &&
+               from.children[i].kind == settings::Node::Kind::object) {
+      add_missing(*there, from.children[i]);
+    }
+  }
+}
+
+RobotSpec spec_of(const RouteContext& context, const RobotConfig& robot) {
+  const std::string& appearance = robot.appearance.value_or(robot.id);
+  auto found = context.appearances.find(appearance);
+  if (!found)
+    throw http::Problem(422, "The body is refused",
+                        "body: appearance: there is no appearance '" + appearance + "'");
+  return robot_spec(robot, std::move(found));
+}
+
+http::Reply list_robots(const http::Request& request, const RouteContext& context) {
+  check_query(request, {"limit", "offset"});
+  const auto snapshot = context.pipeline.snapshot();
+  std::vector<Json> items;
+  for (const RobotSnapshot& robot : snapshot->robots) items.push_back(to_json(robot));
+  return json_reply(page_of(request, items));
+}
+
+http::Reply get_robot(const http::Request& request, const RouteContext& context) {
+  check_query(request, {});
+  return json_reply(to_json(robot_of(request, *context.pipeline.snapshot())));
+}
+
+http::Reply add_robot(const http::Request& request, const RouteContext& context) {
+  check_query(request, {});
+  settings::Document document = body_document(request);
+  const auto robot = read_body<RobotConfig>(document);
+  if (context.pipeline.snapshot()->robot(robot.id) != nullptr) {
+    throw http::Problem(409, "The robot is there already", "there is a robot '" + robot.id + "' already");
+  }
+  const RobotSpec spec = spec_of(context, robot);
+  change_tracker(context, [&](Tracker& tracker) { tracker.add(spec); });
+  http::Reply reply = json_reply(to_json(*context.pipeline.snapshot()->robot(robot.id)), 201);
+  reply.headers.emplace_back("Location", "/api/v1/robots/" + robot.id);
+  return reply;
+}
+
+http::Reply change_robot(const http::Request& request, const RouteContext& context) {
+  check_query(request, {});
+  settings::Document document = body_document(request);
+  const auto snapshot = context.pipeline.snapshot();
+  const RobotSnapshot& now = robot_of(request, *snapshot);
+  if (document.root.kind == settings::Node::Kind::object) {
+    add_missing(document.root, settings::parse(settings::write(robot_config(*now.spec)), "robot").root);
+  }
+  const auto robot = read_body<RobotConfig>(document);
+  if (robot.id != now.view.id)
+    throw http::Problem(422, "The body is refused", "body: id: a robot's id cannot change");
+  const RobotSpec spec = spec_of(context, robot);
+  change_tracker(context, [&](Tracker& tracker) { tracker.change(spec); });
+  return json_reply(to_json(robot_of(request, *context.pipeline.snapshot())));
+}
+
+http::Reply remove_robot(const http::Request& request, const RouteContext& context) {
+  check_query(request, {});
+  const std::string& id = request.path_param("id");
+  bool removed = false;
+  change_tracker(context, [&](Tracker& tracker) { removed = tracker.remove(id); });
+  if (!removed) throw http::Problem(404, "No such robot", "there is no robot '" + id + "'");
+  return {.status = 204, .content_type = ""};
+}
+
+}  // namespace
+
+void add_robot_routes(http::Router& router, const RouteContext& context) {
+  const auto bound = [&context](auto handler) {
+    return [&context, handler](const http::Request& request) { return handler(request, context); };
+  };
+  router.add("GET", "/api/v1/robots", bound(list_robots));
+  router.add("POST", "/api/v1/robots", bound(add_robot), http::Lane::slow);
+  router.add("GET", "/api/v1/robots/{id}", bound(get_robot));
+  router.add("PATCH", "/api/v1/robots/{id}", bound(change_robot), http::Lane::slow);
+  router.add("DELETE", "/api/v1/robots/{id}", bound(remove_robot), http::Lane::slow);
+}
+
+}  // namespace skylight::service

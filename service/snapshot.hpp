@@ -1,0 +1,45 @@
+// What clients read: an immutable picture of everything, made after each frame.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tracker/tracker.hpp"
+
+namespace skylight::service {
+
+enum class SourceState : std::uint8_t { starting, running, ended, failed };
+
+struct RobotSnapshot {
+  std::shared_ptr<const RobotSpec> spec;
+  RobotView view;
+  int copies = 1;  ///< robots that share this one's appearance, itself included
+};
+
+struct CameraSnapshot {
+  std::string id;
+  std::shared_ptr<const CameraModel> model;
+  std::uint64_t frames = 0;      ///< tracked
+  std::uint64_t dropped = 0;     ///< not tracked, because a newer one was there
+  std::uint64_t bad_frames = 0;  ///< that could not be read or looked at
+  double frame_rate_hz = 0.0;    ///< of the last second or so, 0 until there are two frames
+  Time captured{};               ///< of the newest frame
+  cv::Mat image;                 ///< the newest frame; never written to
+};
+
+struct Snapshot {
+  std::uint64_t sequence = 0;  ///< counts the snapshots up
+  Time captured{};             ///< of the newest frame, 0 before the first
+  Time processed{};            ///< when the tracker was done with it
+  double tracker_ms = 0.0;     ///< how long that took
+  SourceState source = SourceState::starting;
+  std::string source_error;  ///< why it failed, for people
+  std::vector<RobotSnapshot> robots;
+  std::vector<CameraSnapshot> cameras;
+
+  const RobotSnapshot* robot(std::string_view id) const;
+  const CameraSnapshot* camera(std::string_view id) const;
+};
+
+}  // namespace skylight::service

@@ -1,0 +1,68 @@
+// A video file or a folder of images as a frame source.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include <opencv2/videoio.hpp>
+
+#include "service/sources/source.hpp"
+
+namespace skylight::service {
+
+struct FileSourceOptions {
+  Time start{};                ///< capture time of the first frame
+  double frame_rate_hz = 0.0;  ///< 0: what the video says (a folder has to be told)
+  bool loop = false;           ///< begin again at the end; time goes on
+  std::size_t camera = 0;
+};
+
+/// Largest picture that is decoded at all: a file that claims more is refused before memory is taken for it.
+inline constexpr long long kMaxPicturePixels = 64LL * 1024 * 1024;
+
+/// Reads a picture with a clear error: missing, no picture, larger than kMaxPicturePixels. `flags` as for
+/// cv::imread. Throws SourceError.
+cv::Mat read_picture(const std::filesystem::path& path, int flags);
+
+class VideoFrames final : public FrameSource {
+ public:
+  /// Throws SourceError where the file is missing, is no video or has no plausible frame rate.
+  VideoFrames(std::filesystem::path path, const FileSourceOptions& options);
+  std::optional<Frame> next() override;
+
+  double frame_rate_hz() const { return frame_rate_hz_; }
+
+ private:
+  std::filesystem::path path_;
+  FileSourceOptions options_;
+  cv::VideoCapture capture_;
+  double frame_rate_hz_ = 0.0;
+  std::uint64_t sequence_ = 0;
+  std::uint64_t frames_this_round_ = 0;
+};
+
+/// Pictures (.png .jpg .jpeg .bmp .tif .tiff .pgm .ppm) in the order of their names, numbers in them compared
+/// as numbers. Where there is a folder `depth` with pictures of the same names (16-bit millimetres), they go
+/// with them; where there is a `frames.csv` (sequence, captured in Unix seconds, ... as `skylight simulate`
+/// writes it) its times are taken, in its order.
+class FolderFrames final : public FrameSource {
+ public:
+  /// Throws SourceError where the folder is missing or has no pictures.
+  FolderFrames(std::filesystem::path path, const FileSourceOptions& options);
+  std::optional<Frame> next() override;
+  std::uint64_t bad_frames() const override { return bad_frames_; }
+
+ private:
+  void read_times();
+
+  std::filesystem::path path_;
+  FileSourceOptions options_;
+  std::vector<std::filesystem::path> files_;
+  std::vector<Time> times_;  ///< empty: by the frame rate
+  std::size_t index_ = 0;
+  std::uint64_t sequence_ = 0;
+  std::uint64_t bad_frames_ = 0;
+};
+
+}  // namespace skylight::service

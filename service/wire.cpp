@@ -1,0 +1,112 @@
+#include "service/wire.hpp"
+
+#include <cmath>
+
+#include "service/config.hpp"
+#include "settings/fields.hpp"
+
+namespace skylight::service {
+namespace {
+
+// JSON has no NaN; where a number is not finite there is none.
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json covariance_json(const Covariance3& covariance) {
+  Json out = Json::array();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) out.push_back(number(covariance(i, j)));
+  }
+  return out;
+}
+
+Json pose_json(const PublishedPose& pose, const PoseAnswer& answer, Time now) {
+  const Estimate& e = pose.estimate;
+  return {{"frame", "map"},
+          {"kind", to_string(pose.kind)},
+          {"at", unix_seconds(e.at)},
+          {"captured", unix_seconds(pose.captured)},
+          {"x", number(e.pose.x)},
+          {"y", number(e.pose.y)},
+          {"yaw", number(e.pose.yaw)},
+          {"heading_turns", pose.heading_turns},
+          {"covariance", covariance_json(e.covariance)},
+          {"velocity", pose.kind == PoseKind::measured ? Json(nullptr)
+                                                       : Json{{"x", number(e.velocity.x)},
+                                                              {"y", number(e.velocity.y)},
+                                                              {"yaw_rate", number(e.velocity.yaw_rate)}}},
+          {"age", to_seconds(now - pose.captured)},
+          {"horizon", to_seconds(pose.horizon)},
+          {"source", to_string(pose.source)},
+          {"score", number(pose.score)},
+          {"cameras", pose.cameras},
+          {"identity_confidence", number(answer.identity_confidence)}};
+}
+
+}  // namespace
+
+std::string_view to_string(SourceState state) {
+  switch (state) {
+    case SourceState::starting:
+      return "starting";
+    case SourceState::running:
+      return "running";
+    case SourceState::ended:
+      return "ended";
+    case SourceState::failed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+Json to_json(const PoseAnswer& answer, Time now) {
+  return {{"robot", answer.robot},
+          {"state", skylight::to_string(answer.state)},
+          {"reason", answer.reason.empty() ? Json(nullptr) : Json(answer.reason)},
+          {"last_seen", answer.last_seen ? Json(unix_seconds(*answer.last_seen)) : Json(nullptr)},
+          {"published", unix_seconds(now)},
+          {"pose", answer.pose ? pose_json(*answer.pose, answer, now) : Json(nullptr)}};
+}
+
+Json to_json(const RobotSnapshot& robot) {
+  const RobotSpec& spec = *robot.spec;
+  const Eigen::Vector2d size = spec.appearance->size_m();
+  Json out = Json::parse(settings::write(robot_config(spec)));
+  out["status"] = {
+      {"state", skylight::to_string(robot.view.state)},
+      {"reason", robot.view.reason.empty() ? Json(nullptr) : Json(robot.view.reason)},
+      {"last_seen",
+       robot.view.last_measured ? Json(unix_seconds(robot.view.last_measured->captured)) : Json(nullptr)},
+      {"size_m", {size.x(), size.y()}},
+      {"heading_turns", spec.appearance->heading_turns()},
+      {"copies", robot.copies}};
+  return out;
+}
+
+Json to_json(const CameraSnapshot& camera) {
+  const Intrinsics& in = camera.model->intrinsics();
+  const Eigen::Isometry3d& pose = camera.model->map_from_camera();
+  const Eigen::Quaterniond q(pose.linear());
+  const bool seen = camera.frames > 0;
+  return {{"id", camera.id},
+          {"intrinsics",
+           {{"width_px", in.width_px},
+            {"height_px", in.height_px},
+            {"fx_px", in.fx_px},
+            {"fy_px", in.fy_px},
+            {"cx_px", in.cx_px},
+            {"cy_px", in.cy_px},
+            {"lens", in.lens == LensModel::brown_conrady ? "brown_conrady" : "kannala_brandt"},
+            {"distortion", in.distortion}}},
+          {"map_from_camera",
+           {{"position_m", {pose.translation().x(), pose.translation().y(), pose.translation().z()}},
+            {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}}},
+          {"captured", seen ? Json(unix_seconds(camera.captured)) : Json(nullptr)},
+          {"frames", camera.frames},
+          {"dropped", camera.dropped},
+          {"bad_frames", camera.bad_frames},
+          {"frame_rate_hz", number(camera.frame_rate_hz)}};
+}
+
+}  // namespace skylight::service

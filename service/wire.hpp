@@ -1,0 +1,21 @@
+// How things look on the wire: JSON in metres, radians and Unix seconds; never a NaN.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "service/pose_query.hpp"
+
+namespace skylight::service {
+
+/// Keys stay in the order in which they are written: people read this.
+using Json = nlohmann::ordered_json;
+
+std::string_view to_string(SourceState state);
+
+Json to_json(const PoseAnswer& answer, Time now);
+Json to_json(const RobotSnapshot& robot);
+Json to_json(const CameraSnapshot& camera);
+
+}  // namespace skylight::service
