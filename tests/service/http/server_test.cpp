@@ -106,7 +106,9 @@ TEST(Connections, GetTheirRefusalEvenWhileTheyStillSend) {
     const auto answer = client.ask(write_request("PUT", "/api/echo", std::string(20'000'000, 'x')));
     ASSERT_TRUE(answer);
     EXPECT_EQ(answer->status, 413);
+    client.finish_sending();
     EXPECT_TRUE(client.ends());
+    EXPECT_FALSE(client.ended_by_reset());
   }
 }
 
