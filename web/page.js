@@ -124,55 +124,78 @@ function cell(row, name, text) {
   if (place.textContent !== text) place.textContent = text;
 }
 
+// A column's cell: what it is called where a phone shows no heads, its classes, and the texts in it.
+const COLUMNS = [
+  { texts: ["robot"] },
+  { texts: ["state", "why"], className: "state" },
+  { label: "x, m", texts: ["x", "x-spread"], className: "number place" },
+  { label: "y, m", texts: ["y", "y-spread"], className: "number place" },
+  { label: "Yaw, degrees", texts: ["yaw", "yaw-spread"], className: "number place" },
+  { label: "Age, ms", texts: ["age", "stale"], className: "number" },
+  { label: "Source", texts: ["source"] },
+];
+
 function makeRow(robot) {
   const row = document.createElement("tr");
+  row.role = "row";
   row.dataset.robot = robot;
-  const add = (tag, className, names) => {
-    const place = document.createElement(tag);
+  COLUMNS.forEach(({ label, texts, className = "" }, column) => {
+    const place = document.createElement(column === 0 ? "th" : "td");
     place.className = className;
-    for (const [index, name] of names.entries()) {
+    place.role = column === 0 ? "rowheader" : "cell";
+    if (column === 0) place.scope = "row";
+    if (label) place.dataset.label = label;
+    texts.forEach((name, index) => {
       const part = document.createElement("span");
       part.dataset.cell = name;
       if (index > 0) part.className = "spread";
-      else if (className === "number") part.className = "place";
       place.append(part);
-    }
+    });
     row.append(place);
-    return place;
-  };
-  add("th", "", ["robot"]).scope = "row";
-  add("td", "state", ["state"]);
-  for (const name of ["x", "y", "yaw"]) add("td", "number", [name, `${name}-spread`]);
-  const age = add("td", "number", ["age", "stale"]);
-  age.firstChild.className = "";
-  age.lastChild.className = "spread stale-word";
-  add("td", "why", ["source"]);
+  });
   return row;
 }
 
+// Without a minus before nothing.
+const fixed = (value, digits) => value.toFixed(digits).replace(/^-(?=0\.?0*$)/, "");
+
+// A standard deviation; a very small one is not called 0.
+function spreadText(variance, scale, digits, unit) {
+  const spread = Math.sqrt(variance) * scale;
+  const least = 10 ** -digits;
+  return `± ${spread < least ? `<\u2009${least}` : spread.toFixed(spread < 10 ? digits : 0)}${unit}`;
+}
+
 function poseCells(row, pose) {
-  const spread = (index, scale, digits) => `± ${(Math.sqrt(pose.covariance[index]) * scale).toFixed(digits)}`;
-  const turn = degrees(1);
-  cell(row, "x", pose ? pose.x.toFixed(3) : "–");
-  cell(row, "y", pose ? pose.y.toFixed(3) : "–");
-  cell(row, "yaw", pose ? degrees(pose.yaw).toFixed(1) : "–");
-  cell(row, "x-spread", pose ? spread(0, 1, 3) : "");
-  cell(row, "y-spread", pose ? spread(4, 1, 3) : "");
-  cell(row, "yaw-spread", pose ? spread(8, turn, 1) : "");
+  const spread = (index, ...how) => spreadText(pose.covariance[index], ...how);
+  cell(row, "x", pose ? fixed(pose.x, 3) : "–");
+  cell(row, "y", pose ? fixed(pose.y, 3) : "–");
+  cell(row, "yaw", pose ? fixed(degrees(pose.yaw), 1) : "–");
+  cell(row, "x-spread", pose ? spread(0, 1000, 1, " mm") : "");
+  cell(row, "y-spread", pose ? spread(4, 1000, 1, " mm") : "");
+  cell(row, "yaw-spread", pose ? spread(8, degrees(1), 2, "°") : "");
+}
+
+function whyText(answer, sinceAnswer) {
+  if (answer.pose) return answer.pose.heading_turns > 1 ? "heading known up to a turn" : "";
+  const last = answer.last_seen;
+  const ago = last === null ? "never seen" : `last seen ${ageText(answer.published - last + sinceAnswer)} ago`;
+  return `${answer.reason}; ${ago}`;
 }
 
 function showRobot(row, answer, sinceAnswer) {
-  const { pose, state, reason } = answer;
-  const seenAgo = answer.last_seen === null ? null : answer.published - answer.last_seen + sinceAnswer;
-  const age = pose ? pose.age + sinceAnswer : seenAgo;
+  const { pose, state } = answer;
+  const age = pose ? pose.age + sinceAnswer : null;
   const stale = seen.fault !== "" || (age !== null && age > STALE_AFTER_S);
   cell(row, "robot", answer.robot);
   cell(row, "state", state);
+  cell(row, "why", whyText(answer, sinceAnswer));
   row.querySelector(".state").dataset.state = state;
   poseCells(row, pose);
-  cell(row, "age", age === null ? "never seen" : age < 10 ? `${Math.max(0, Math.round(age * 1000))}` : ageText(age));
+  const ageInMs = age === null ? "–" : `${Math.max(0, Math.round(age * 1000))}`;
+  cell(row, "age", age !== null && age >= 10 ? ageText(age) : ageInMs);
   cell(row, "stale", stale ? "stale" : "");
-  cell(row, "source", pose ? `${pose.source}${pose.heading_turns > 1 ? ", heading uncertain" : ""}` : reason);
+  cell(row, "source", pose ? pose.source : "–");
   row.toggleAttribute("data-stale", stale);
 }
 
