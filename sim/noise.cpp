@@ -8,7 +8,7 @@ namespace {
 
 /// A sum of eight random bytes less its mean: close to normal (excess kurtosis -0.15, out to 4.9 sigma).
 constexpr int kSumMean = 1020;
-const double kSumSigma = std::sqrt(8.0 * (256.0 * 256.0 - 1.0) / 12.0);
+constexpr double kSumSigma = 209.0215300;  // sqrt(8 (256^2 - 1) / 12)
 constexpr int kScaleBits = 12;
 
 struct Keys {

@@ -84,12 +84,12 @@ RobotModel waffle_pi() {
 }  // namespace
 
 const RobotModel& robot_model(RobotModelName name) {
-  static const RobotModel kWafflePi = waffle_pi();
+  static const RobotModel waffle = waffle_pi();
   switch (name) {
     case RobotModelName::waffle_pi:
       break;
   }
-  return kWafflePi;
+  return waffle;
 }
 
 }  // namespace skylight::sim

@@ -11,7 +11,7 @@ namespace skylight::sim {
 namespace {
 
 constexpr double kWallThickness = 0.08;  ///< m, as seen from above
-const Bgr kOutside(44.0F, 44.0F, 47.0F);
+constexpr Color kOutside{47.0, 44.0, 44.0};
 
 std::vector<Solid> make_walls(const RoomSpec& room) {
   if (room.wall_height_m <= 0.0) return {};
@@ -58,7 +58,7 @@ class Painter {
     if (!std::isfinite(hit.distance)) return sight;
     at = eye_ + hit.distance * direction;
     if (hit.solid == nullptr) {
-      sight.color = (sight.is_floor ? floor(at, level) : kOutside) * scene_.light.at(at.x(), at.y());
+      sight.color = (sight.is_floor ? floor(at, level) : bgr(kOutside)) * scene_.light.at(at.x(), at.y());
     } else if (hit.face == Face::top) {
       sight.color = bgr(hit.solid->top_rgb) * scene_.light.at(at.x(), at.y());
     } else {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kGravity = 9.81;
 constexpr double kWallThickness = 0.5;
-const double kDt = to_seconds(World::kStep);
+constexpr double kDt = std::chrono::duration<double>(World::kStep).count();
 
 b2Vec2 to_b2(const Eigen::Vector2d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y())};

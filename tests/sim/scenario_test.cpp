@@ -19,7 +19,9 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-const std::filesystem::path kSource = SKYLIGHT_SOURCE_DIR;
+std::filesystem::path source() {
+  return SKYLIGHT_SOURCE_DIR;
+}
 
 std::string text_of(const std::filesystem::path& file) {
   std::ifstream stream(file);
@@ -42,12 +44,12 @@ std::string complaint(const std::string& text) {
 }
 
 TEST(ScenarioFile, ThePublishedSchemaIsTheOneThatIsRead) {
-  EXPECT_EQ(text_of(kSource / "sim/scenario.schema.json"), scenario_schema());
+  EXPECT_EQ(text_of(source() / "sim/scenario.schema.json"), scenario_schema());
 }
 
 TEST(ScenarioFile, EveryShippedScenarioLoadsAndSaysWhatItIsFor) {
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(kSource / "sim/scenarios")) {
+  for (const auto& entry : std::filesystem::directory_iterator(source() / "sim/scenarios")) {
     if (entry.path().extension() != ".json") continue;
     const Scenario scenario = load_scenario(entry.path());
     EXPECT_EQ(scenario.name, entry.path().stem());
@@ -59,7 +61,7 @@ TEST(ScenarioFile, EveryShippedScenarioLoadsAndSaysWhatItIsFor) {
 }
 
 TEST(ScenarioFile, WhatIsWrittenReadsBackTheSame) {
-  const Scenario scenario = load_scenario(kSource / "sim/scenarios/demo.json");
+  const Scenario scenario = load_scenario(source() / "sim/scenarios/demo.json");
   const std::string text = write_scenario(scenario);
   EXPECT_EQ(write_scenario(parse_scenario(text, "demo")), text);
 }
@@ -100,7 +102,7 @@ std::string camera(const std::string& keys) {
 }
 
 const std::vector<Bad>& bad_scenarios() {
-  static const std::vector<Bad> kBad{
+  static const std::vector<Bad> all{
       {"", {"room.json"}},
       {"{", {"room.json"}},
       {"[]", {"room.json", "object"}},
@@ -162,7 +164,7 @@ const std::vector<Bad>& bad_scenarios() {
       {program(R"({"do": "repeat", "steps": [{"do": "waypoints", "points_m": [[0, 9]]}]})"),
        {"robots[0].program[0].steps[0].points_m[0]"}},
   };
-  return kBad;
+  return all;
 }
 
 TEST(ScenarioFile, WhatIsWrongIsNamedWithItsPlaceAndWhatIsAllowed) {

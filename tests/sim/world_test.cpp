@@ -11,7 +11,7 @@ namespace skylight::sim {
 namespace {
 
 constexpr double kGravity = 9.81;
-const double kDt = to_seconds(World::kStep);
+constexpr double kDt = std::chrono::duration<double>(World::kStep).count();
 
 RobotSpec robot_at(const std::string& id, double x, double y, double yaw_deg) {
   RobotSpec robot;
