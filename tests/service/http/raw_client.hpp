@@ -39,8 +39,6 @@ class RawClient {
   std::optional<Answer> ask(std::string_view bytes, bool head_only = false);
   /// Reads on to the end: true where the peer closes (or resets), false where 30 s pass.
   bool ends();
-  /// After ends(): true where it was a reset, on which other systems than Linux throw unread answers away.
-  bool ended_by_reset() const { return reset_; }
   /// True where something (or the end) can be read within that time.
   bool readable_within(int milliseconds);
   /// Reads nothing; true where the peer resets the connection, false where 30 s pass.
@@ -52,7 +50,6 @@ class RawClient {
   int socket_ = -1;
   std::string unread_;
   bool ended_ = false;
-  bool reset_ = false;
 };
 
 /// "GET <path>" with the Host of a loopback client; `more`: further header lines, each with its CRLF.
