@@ -62,10 +62,7 @@ RawClient::~RawClient() {
 }
 
 RawClient::RawClient(RawClient&& other) noexcept
-    : socket_(std::exchange(other.socket_, -1)),
-      unread_(std::move(other.unread_)),
-      ended_(other.ended_),
-      reset_(other.reset_) {}
+    : socket_(std::exchange(other.socket_, -1)), unread_(std::move(other.unread_)), ended_(other.ended_) {}
 
 bool RawClient::send(std::string_view bytes) {
   while (!bytes.empty()) {
@@ -88,7 +85,6 @@ bool RawClient::read_more() {
   std::array<char, 65536> chunk{};
   const ssize_t count = ::recv(socket_, chunk.data(), chunk.size(), 0);
   ended_ = count <= 0;
-  reset_ = count < 0;
   if (!ended_) unread_.append(chunk.data(), static_cast<std::size_t>(count));
   return !ended_;
 }

@@ -103,12 +103,13 @@ TEST(Connections, GetTheirRefusalEvenWhileTheyStillSend) {
   const TestServer server;
   for (int round = 0; round < 5; ++round) {
     RawClient client(server.port());
-    const auto answer = client.ask(write_request("PUT", "/api/echo", std::string(20'000'000, 'x')));
+    // All is taken and thrown away: a reset in the middle could cost the client the answer.
+    EXPECT_TRUE(client.send(write_request("PUT", "/api/echo", std::string(20'000'000, 'x'))));
+    const auto answer = client.read_answer();
     ASSERT_TRUE(answer);
     EXPECT_EQ(answer->status, 413);
     client.finish_sending();
     EXPECT_TRUE(client.ends());
-    EXPECT_FALSE(client.ended_by_reset());
   }
 }
 
