@@ -97,7 +97,8 @@ class Robots(Case):
 
     def test_a_change_out_of_range_is_refused_naming_key_value_and_range(self):
         self.add_copy()
-        self.problem("changeRobot", 422, "filter.alpha", "500", "100", path={"id": COPY}, body={"filter": {"alpha": 500}})
+        self.problem("changeRobot", 422, "filter.alpha", "500", "100", path={"id": COPY},
+                     body={"filter": {"alpha": 500}})
         self.problem("changeRobot", 422, "id", path={"id": COPY}, body={"id": "other"})
         self.problem("changeRobot", 422, "alhpa", "alpha", path={"id": COPY}, body={"filter": {"alhpa": 0.2}})
         self.assertEqual(self.get("getRobot", {"id": COPY})["filter"]["alpha"], CONFIGURED_ALPHA)
@@ -113,7 +114,8 @@ class Robots(Case):
                     words = () if isinstance(named, (int, float)) else (named,)
                     detail = self.problem("changeRobot", 422, path[-1], *words, path={"id": COPY}, body=body)
                     if not words:
-                        self.assertIn(named, [float(n) for n in re.findall(r"-?\d[\d.]*(?:e[+-]?\d+)?", detail)], detail)
+                        numbers = [float(n) for n in re.findall(r"-?\d[\d.]*(?:e[+-]?\d+)?", detail)]
+                        self.assertIn(named, numbers, detail)
             for value in [schema[end] for end in ("minimum", "maximum") if end in schema] + schema.get("enum", []):
                 body = nested(path[:1], {**base, **nested(path[1:], value)} if place is not None else value)
                 with self.subTest(key=".".join(path), value=value):
@@ -207,5 +209,5 @@ class Cameras(Case):
             answer = self.call("getSnapshot", 200, {"id": "ceiling"}, query)
             self.assertTrue(answer.body.startswith(b"\xff\xd8"), query)
             self.assertEqual(size(answer.body), wanted, query)
-            self.assertLess(abs(float(answer.headers["skylight-captured"]) - self.get("listPoses")["items"][0]["published"]),
-                            60)
+            published = self.get("listPoses")["items"][0]["published"]
+            self.assertLess(abs(float(answer.headers["skylight-captured"]) - published), 60)

@@ -7,12 +7,13 @@ import unittest
 
 import fixture
 from cases_description import Description
+from cases_ended import Ended
 from cases_poses import Poses
 from cases_refusals import Refusals
 from cases_robots import Appearances, Cameras, Robots
 from cases_together import Health, Together
 
-CASES = (Description, Refusals, Poses, Robots, Appearances, Cameras, Health, Together)
+CASES = (Description, Refusals, Poses, Robots, Appearances, Cameras, Health, Together, Ended)
 
 
 def suite(names):
