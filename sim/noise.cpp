@@ -97,8 +97,13 @@ __attribute__((always_inline)) inline void depth_row(const DepthRow& row) {
     const float sigma = r.noise_floor + r.noise_growth * beyond * beyond;
     const float noisy =
         1000.0F * z + sigma * static_cast<float>(normal(r.place + static_cast<std::uint32_t>(i), r.keys));
-    const bool reading = z > 0.0F && noisy >= 1.0F && noisy <= r.max_range;
-    out[i] = static_cast<std::uint16_t>(static_cast<std::int32_t>(reading ? noisy + 0.5F : 0.0F));
+    // Whole numbers and masks: a choice between floats would keep the compiler from vectorising the loop.
+    const float bounded = std::min(std::max(noisy, 0.0F), r.max_range);
+    const auto rounded = static_cast<std::int32_t>(bounded + 0.5F);
+    const std::int32_t reading = -static_cast<std::int32_t>(z > 0.0F) &
+                                 -static_cast<std::int32_t>(noisy >= 1.0F) &
+                                 -static_cast<std::int32_t>(noisy <= r.max_range);
+    out[i] = static_cast<std::uint16_t>(rounded & reading);
   }
 }
 
