@@ -1,0 +1,124 @@
+// From a frame in memory to poses: tracking, searching, and the baseline on the same frames.
+#include <cmath>
+
+#include <benchmark/benchmark.h>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/bench/recording.hpp"
+#include "tracker/search.hpp"
+
+namespace skylight::bench {
+namespace {
+
+constexpr int kWarmUpFrames = 60;
+
+void count_frames(benchmark::State& state, const Recording& recording, int robots) {
+  const auto& image = recording.images.at(0);
+  state.counters["frames_per_s"] =
+      benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+  state.counters["robots"] = robots;
+  state.counters["width_px"] = image.cols;
+  state.counters["height_px"] = image.rows;
+  state.SetLabel(room_label({.robots = static_cast<int>(recording.robots.size())}));
+}
+
+// Every robot must have been measured in every frame: a tracker that has lost them is quick for nothing.
+void tracked_frame(benchmark::State& state) {
+  const auto robots = static_cast<int>(state.range(0));
+  const Recording& room = recording(robots);
+  Tracker tracker({room.camera});
+  for (const RobotSpec& spec : room.robots) tracker.add(spec);
+  Player player(room);
+  for (int i = 0; i < kWarmUpFrames; ++i) tracker.process(player.next());
+  std::size_t measured = 0;
+  for (auto _ : state) {
+    for (const RobotReport& report : tracker.process(player.next())) measured += report.measured ? 1 : 0;
+  }
+  const auto all = static_cast<std::size_t>(state.iterations()) * room.robots.size();
+  state.counters["measured"] = static_cast<double>(measured) / static_cast<double>(all);
+  if (measured < all) state.SkipWithError("robots were not measured in every frame");
+  count_frames(state, room, robots);
+}
+BENCHMARK(tracked_frame)->ArgName("robots")->Arg(1)->Arg(10)->Unit(benchmark::kMicrosecond);
+
+void homography_frame(benchmark::State& state) {
+  const Recording& room = recording(1);
+  Tracker tracker({room.camera});
+  RobotSpec spec = room.robots.at(0);
+  spec.detector = DetectorKind::homography;
+  spec.homography.features = static_cast<int>(state.range(0));
+  tracker.add(spec);
+  Player player(room);
+  std::size_t measured = 0;
+  for (auto _ : state) measured += tracker.process(player.next()).at(0).measured ? 1 : 0;
+  state.counters["measured"] = static_cast<double>(measured) / static_cast<double>(state.iterations());
+  count_frames(state, room, 1);
+}
+BENCHMARK(homography_frame)->ArgName("features")->Arg(500)->Unit(benchmark::kMicrosecond);
+
+// Flat patches of colour, in which ORB finds too little: searched by correlation.
+std::shared_ptr<const Appearance> flat_patches() {
+  cv::Mat image(120, 120, CV_8UC3, cv::Scalar(35, 40, 38));
+  cv::rectangle(image, {10, 10, 48, 48}, cv::Scalar(230, 120, 60), cv::FILLED);
+  cv::rectangle(image, {60, 60, 48, 48}, cv::Scalar(70, 200, 90), cv::FILLED);
+  return std::make_shared<const Appearance>(
+      "flat patches", Picture{.image = image, .metres_per_pixel = 0.0025, .surface_height_m = 0.14});
+}
+
+// Artwork of a robot that is not in the room.
+std::shared_ptr<const Appearance> absent_artwork() {
+  return recording(10).robots.back().appearance;
+}
+
+// How many steps cover the frame, as the tracker takes them for a robot of this size.
+int steps_of_a_sweep(const Recording& room, const Appearance& appearance) {
+  const Intrinsics& in = room.camera.intrinsics();
+  Eigen::Matrix2d metres_by_px;
+  room.camera.plane_from_pixel({in.cx_px, in.cy_px}, appearance.picture().surface_height_m, &metres_by_px);
+  const double robot_px = appearance.size_m().norm() / std::sqrt(std::abs(metres_by_px.determinant()));
+  Sweep sweep;
+  const auto next = [&] {
+    return sweep.next({in.width_px, in.height_px}, SearchConfig{}.tile_px,
+                      static_cast<int>(std::ceil(robot_px)));
+  };
+  const cv::Rect first = next();
+  int steps = 1;
+  while (next() != first) ++steps;
+  return steps;
+}
+
+// A frame in which a robot that is not there is searched for.
+void search(benchmark::State& state, const std::shared_ptr<const Appearance>& appearance, bool whole_floor) {
+  const Recording& room = recording(1);
+  const int steps = steps_of_a_sweep(room, *appearance);
+  TrackerConfig config;
+  config.search.steps_per_frame = whole_floor ? steps : 1;
+  Tracker tracker({room.camera}, config);
+  tracker.add({.id = "absent", .appearance = appearance});
+  Player player(room);
+  std::size_t found = 0;
+  for (auto _ : state) found += tracker.process(player.next()).at(0).measured ? 1 : 0;
+  if (found > 0) state.SkipWithError("something was found that is not there");
+  state.counters["steps"] = config.search.steps_per_frame;
+  state.counters["steps_of_a_sweep"] = steps;
+  count_frames(state, room, 1);
+}
+void search_step(benchmark::State& state) {
+  search(state, absent_artwork(), false);
+}
+void search_whole_floor(benchmark::State& state) {
+  search(state, absent_artwork(), true);
+}
+void search_step_flat_patches(benchmark::State& state) {
+  search(state, flat_patches(), false);
+}
+void search_whole_floor_flat_patches(benchmark::State& state) {
+  search(state, flat_patches(), true);
+}
+BENCHMARK(search_step)->Unit(benchmark::kMicrosecond);
+BENCHMARK(search_whole_floor)->Unit(benchmark::kMicrosecond);
+BENCHMARK(search_step_flat_patches)->Unit(benchmark::kMicrosecond);
+BENCHMARK(search_whole_floor_flat_patches)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace skylight::bench
