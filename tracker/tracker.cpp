@@ -293,6 +293,11 @@ bool Tracker::change(const RobotSpec& spec) {
   changed->history = std::move(track->history);
   changed->prior = track->prior;
   changed->last_measured = track->last_measured;
+  changed->state = track->state;
+  changed->reason = track->reason;
+  // What the change does not touch carries on: only another filter has to calibrate anew.
+  if (spec.filter == track->spec.filter) changed->filter = track->filter;
+  if (spec.appearance == track->spec.appearance) changed->heading = track->heading;
   for (auto& slot : impl_->tracks) {
     if (slot.get() == track) {
       slot = std::move(changed);

@@ -85,7 +85,8 @@ class Tracker {
 
   /// Throws std::invalid_argument: no id, no appearance, an id that is taken, settings out of range.
   void add(const RobotSpec& spec);
-  /// Replaces a robot's settings, its history stays. False where there is no such robot; throws as add().
+  /// Replaces a robot's settings; its history stays, and so does its filter's state where the filter's
+  /// settings stay. False where there is no such robot; throws as add().
   bool change(const RobotSpec& spec);
   bool remove(std::string_view id);
   std::vector<RobotSpec> robots() const;

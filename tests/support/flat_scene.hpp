@@ -59,7 +59,7 @@ struct FlatScene {
   int floor_speckle = 0;  ///< number of dark and light specks
   std::uint32_t seed = 1;
   std::vector<PlacedPicture> pictures;
-  std::vector<cv::Rect> covers_px;  ///< drawn over everything, light grey
+  std::vector<cv::Rect> covers_px;  ///< drawn over everything, dark red
 
   CameraModel camera() const {
     Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
@@ -86,7 +86,7 @@ struct FlatScene {
     draw_floor(image, random);
     for (const PlacedPicture& picture : pictures) draw(image, picture);
     for (const cv::Rect& cover : covers_px)
-      cv::rectangle(image, cover, cv::Scalar(190, 190, 190), cv::FILLED);
+      cv::rectangle(image, cover, cv::Scalar(60, 40, 150), cv::FILLED);
     image = image * gain + cv::Scalar::all(bias);
     if (noise > 0.0) {
       std::normal_distribution<float> normal(0.0F, static_cast<float>(noise));

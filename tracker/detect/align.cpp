@@ -22,6 +22,11 @@ constexpr double kMaxGain = 5.0;
 constexpr double kMinNoise = 0.5;            // grey levels: quantisation alone leaves 0.3
 constexpr double kMaxPositionSigmaPx = 0.5;  // beyond this the evidence is called thin
 constexpr double kMaxYawSigma = 0.1;         // rad
+constexpr double kModelErrorPx = 0.01;  // bias that stays however little the noise: see tracker/README.md
+constexpr double kMaxStepPx = 3.0;      // the picture is not linear further out
+constexpr double kSettlePx = 0.15;      // a step below this: near enough to tell what covers the robot
+constexpr int kMinSettled = 2;          // of them at least: each sees more clearly what covers the robot
+constexpr int kMaxApproach = 10;        // iterations until what disagrees is left out in any case
 
 // A part of the frame as smoothed float planes.
 struct Region {
@@ -193,7 +198,7 @@ double median_of(std::vector<float> values) {
 // Noise of what agrees: from the median, which half the picture may leave.
 double noise_of(const ArrayXf& residual, const ArrayXf& visible) {
   std::vector<float> seen;
-  for (Eigen::Index i = 0; i < residual.size(); i += 2) {
+  for (Eigen::Index i = 0; i < residual.size(); i += 5) {
     if (visible[i] > 0) seen.push_back(residual[i]);
   }
   return seen.empty() ? kMinNoise : std::max(kMinNoise, 1.4826 * median_of(std::move(seen)));
@@ -216,7 +221,8 @@ ArrayXf robust_weight(const ArrayXf& residual, const ArrayXf& visible, double no
     const auto bound = static_cast<float>(std::max(3.0 * noise, 0.3 * contrast));
     return visible * (residual <= bound).select(ArrayXf::Ones(residual.size()), bound / residual.max(bound));
   }
-  const auto bound = static_cast<float>(std::max(6.0 * noise, 0.6 * contrast));
+  // Bounded by the picture's own contrast: where much is covered, the noise is overrated at first.
+  const auto bound = static_cast<float>(std::clamp(4.0 * noise, 0.35 * contrast, 0.8 * contrast));
   return visible * (1.0F - (residual / bound).square()).max(0.0F).square();
 }
 
@@ -266,38 +272,42 @@ void judge(const Patch& patch, const Reading& reading, const std::vector<Light>&
   result.score = std::clamp(result.agreeing * result.correlation, 0.0, 1.0);
 }
 
+// One Gauss-Newton step from the reading at the present pose, in pixels: forward, left, around.
+std::optional<Vector3d> solve_step(const PoseSystem& system) {
+  const Eigen::LDLT<Eigen::Matrix3d> solver(system.information);
+  if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
+  const Vector3d step = solver.solve(system.gradient);
+  if (!step.allFinite()) return std::nullopt;
+  return step * std::min(1.0, kMaxStepPx / step.norm());
+}
+
 std::optional<LevelResult> align_level(const Patch& patch, const Region& region, const LocalProjection& local,
                                        Iterate at, const AlignConfig& config) {
   LevelResult result;
   Reading reading;
   std::vector<Light> light;
-  ArrayXf weight;
+  ArrayXf weight = ArrayXf::Ones(patch.size());
   const Vector2d start = at.centre_m;
-  const double px = patch.scale.metres_per_px;
-  Stage stage = Stage::approach;
-  for (; result.iterations < config.max_iterations; ++result.iterations) {
+  int settled = 0;  // iterations since the approach
+  while (result.iterations++ < config.max_iterations) {
     read_frame(patch, region, local, at, reading);
     if (reading.visible.mean() < kMinVisible) return std::nullopt;
-    if (result.iterations == 0) weight = reading.visible;
-    if (!fit_light(patch, accumulate(patch, reading, weight), light)) return std::nullopt;
+    weight *= reading.visible;
+    const Normal normal = accumulate(patch, reading, weight);
+    if (!fit_light(patch, normal, light)) return std::nullopt;
+    result.system = eliminate_light(normal, light);
+    const auto step = solve_step(result.system);
+    if (!step) return std::nullopt;
+    // The weights of the next step, from what this pose leaves over.
     const ArrayXf residual = residual_size(patch, reading, light);
     weight = robust_weight(residual, reading.visible, noise_of(residual, reading.visible),
-                           picture_contrast(patch, light), stage);
-    result.system = eliminate_light(accumulate(patch, reading, weight), light);
-    const Eigen::LDLT<Eigen::Matrix3d> solver(result.system.information);
-    if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
-    Vector3d step = solver.solve(result.system.gradient);
-    if (!step.allFinite()) return std::nullopt;
-    step *= std::min(1.0, 3.0 / step.norm());  // px: the picture is not linear further out
+                           picture_contrast(patch, light), settled > 0 ? Stage::settle : Stage::approach);
     // The frame shows the picture's content displaced by `step`: the pose moves against it.
-    const double turn = -step[2] / patch.radius_px();
-    at.yaw += turn;
-    at.centre_m -= Eigen::Rotation2Dd(at.yaw) * step.head<2>() * px;
+    at.yaw -= (*step)[2] / patch.radius_px();
+    at.centre_m -= Eigen::Rotation2Dd(at.yaw) * step->head<2>() * patch.scale.metres_per_px;
     if ((at.centre_m - start).norm() > patch.radius_m) return std::nullopt;
-    if (step.norm() < (stage == Stage::approach ? 0.1 : config.converged_px)) {
-      if (stage == Stage::settle) break;
-      stage = Stage::settle;
-    }
+    if (settled >= kMinSettled && step->norm() < config.converged_px) break;
+    if (settled > 0 || step->norm() < kSettlePx || result.iterations >= kMaxApproach) ++settled;
   }
   result.at = at;
   judge(patch, reading, light, weight, result);
@@ -368,8 +378,9 @@ std::optional<AlignResult> Aligner::align(const Frame& frame, const CameraModel&
   }
 
   const double noise = std::max(result->sigma, kMinNoise);
-  const Eigen::Matrix3d covariance_px = noise * noise * correlated_samples(patch->scale, patch->spacing_m) *
-                                        result->system.information.inverse();
+  Eigen::Matrix3d covariance_px = noise * noise * correlated_samples(patch->scale, patch->spacing_m) *
+                                  result->system.information.inverse();
+  covariance_px.diagonal().array() += kModelErrorPx * kModelErrorPx;
   AlignResult out{.score = result->score,
                   .agreeing = result->agreeing,
                   .correlation = result->correlation,

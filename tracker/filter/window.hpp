@@ -49,6 +49,8 @@ struct WindowFilterConfig {
   int calibration_threshold = 3;  ///< detections before calibration starts, 0 to 1000
   int frame_loss_threshold =
       30;  ///< frames without an accepted position until calibration is cancelled, 1 to 100000
+
+  friend bool operator==(const WindowFilterConfig&, const WindowFilterConfig&) = default;
 };
 
 /// Empty, or what is wrong, naming field, value and range.
