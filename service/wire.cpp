@@ -69,18 +69,16 @@ Json to_json(const PoseAnswer& answer, Time now) {
           {"pose", answer.pose ? pose_json(*answer.pose, answer, now) : Json(nullptr)}};
 }
 
-Json to_json(const RobotSnapshot& robot) {
+Json to_json(const RobotSnapshot& robot, const PoseAnswer& now) {
   const RobotSpec& spec = *robot.spec;
   const Eigen::Vector2d size = spec.appearance->size_m();
   Json out = Json::parse(settings::write(robot_config(spec)));
-  out["status"] = {
-      {"state", skylight::to_string(robot.view.state)},
-      {"reason", robot.view.reason.empty() ? Json(nullptr) : Json(robot.view.reason)},
-      {"last_seen",
-       robot.view.last_measured ? Json(unix_seconds(robot.view.last_measured->captured)) : Json(nullptr)},
-      {"size_m", {size.x(), size.y()}},
-      {"heading_turns", spec.appearance->heading_turns()},
-      {"copies", robot.copies}};
+  out["status"] = {{"state", skylight::to_string(robot.view.state)},
+                   {"reason", now.reason.empty() ? Json(nullptr) : Json(now.reason)},
+                   {"last_seen", now.last_seen ? Json(unix_seconds(*now.last_seen)) : Json(nullptr)},
+                   {"size_m", {size.x(), size.y()}},
+                   {"heading_turns", spec.appearance->heading_turns()},
+                   {"copies", robot.copies}};
   return out;
 }
 

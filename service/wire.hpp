@@ -15,7 +15,8 @@ using Json = nlohmann::ordered_json;
 std::string_view to_string(SourceState state);
 
 Json to_json(const PoseAnswer& answer, Time now);
-Json to_json(const RobotSnapshot& robot);
+/// `now`: the answer for the present, whose state and reason are shown.
+Json to_json(const RobotSnapshot& robot, const PoseAnswer& now);
 Json to_json(const CameraSnapshot& camera);
 
 }  // namespace skylight::service

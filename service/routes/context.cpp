@@ -1,8 +1,8 @@
 #include "service/routes/context.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 
 namespace skylight::service {
 namespace {
@@ -36,12 +36,14 @@ http::Reply json_reply(const Json& body, int status) {
   return {.status = status, .body = body.dump() + "\n"};
 }
 
+// As JSON writes numbers: no space, no sign before a plus, no hexadecimal, no infinity.
 std::optional<double> query_number(const http::Request& request, const std::string& name) {
   const std::string* text = request.query_value(name);
   if (text == nullptr) return std::nullopt;
-  char* end = nullptr;
-  const double value = std::strtod(text->c_str(), &end);
-  if (text->empty() || end != text->c_str() + text->size() || !std::isfinite(value))
+  double value = 0.0;
+  const char* end = text->data() + text->size();
+  const auto [stop, error] = std::from_chars(text->data(), end, value);
+  if (error != std::errc() || stop != end || !std::isfinite(value))
     refuse_parameter(name, *text, "a finite number");
   return value;
 }

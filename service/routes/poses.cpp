@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <sstream>
 
 #include "service/routes/context.hpp"
@@ -31,8 +32,19 @@ http::Reply get_poses(const http::Request& request, const RouteContext& context)
   const QueryContext around{.now = context.pipeline.now(), .horizon = context.horizon};
   const PoseQuery query{.at = query_time(request, "at"), .kind = query_kind(request)};
   std::vector<Json> items;
-  for (const RobotSnapshot& robot : snapshot->robots)
-    items.push_back(to_json(answer_or_refuse(*snapshot, robot, query, around), around.now));
+  std::optional<std::string> refused;
+  for (const RobotSnapshot& robot : snapshot->robots) {
+    try {
+      items.push_back(to_json(answer(*snapshot, robot, query, around), around.now));
+    } catch (const QueryError& e) {  // a robot that was added later must not silence the others
+      refused = e.what();
+      items.push_back(to_json(
+          PoseAnswer{.robot = robot.view.id, .state = robot.view.state, .reason = e.what()}, around.now));
+    }
+  }
+  const bool none =
+      std::all_of(items.begin(), items.end(), [](const Json& item) { return item["pose"].is_null(); });
+  if (refused && none) throw http::Problem(422, "No answer for that instant", *refused);
   return json_reply(page_of(request, items));
 }
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "service/routes/context.hpp"
 
 namespace skylight::service {
@@ -16,6 +18,17 @@ void add_missing(settings::Node& into, const settings::Node& from) {
   }
 }
 
+// As in the configuration file, a new robot is detected and filtered as the section tracker says, but for
+// what it says itself.
+void add_default_method(settings::Node& robot, const MethodConfig& method) {
+  const RobotConfig prototype{.id = "robot", .appearance = {}, .method = method};
+  settings::Node defaults = settings::parse(settings::write(prototype), "tracker").root;
+  const auto id = std::find(defaults.keys.begin(), defaults.keys.end(), "id");
+  defaults.children.erase(defaults.children.begin() + (id - defaults.keys.begin()));
+  defaults.keys.erase(id);
+  add_missing(robot, defaults);
+}
+
 RobotSpec spec_of(const RouteContext& context, const RobotConfig& robot) {
   const std::string& appearance = robot.appearance.value_or(robot.id);
   auto found = context.appearances.find(appearance);
@@ -25,29 +38,42 @@ RobotSpec spec_of(const RouteContext& context, const RobotConfig& robot) {
   return robot_spec(robot, std::move(found));
 }
 
+Json robot_json(const RouteContext& context, const Snapshot& snapshot, const RobotSnapshot& robot) {
+  const QueryContext present{.now = context.pipeline.now(), .horizon = context.horizon};
+  return to_json(robot, answer(snapshot, robot, {}, present));
+}
+
 http::Reply list_robots(const http::Request& request, const RouteContext& context) {
   check_query(request, {"limit", "offset"});
   const auto snapshot = context.pipeline.snapshot();
   std::vector<Json> items;
-  for (const RobotSnapshot& robot : snapshot->robots) items.push_back(to_json(robot));
+  for (const RobotSnapshot& robot : snapshot->robots) items.push_back(robot_json(context, *snapshot, robot));
   return json_reply(page_of(request, items));
 }
 
 http::Reply get_robot(const http::Request& request, const RouteContext& context) {
   check_query(request, {});
-  return json_reply(to_json(robot_of(request, *context.pipeline.snapshot())));
+  const auto snapshot = context.pipeline.snapshot();
+  return json_reply(robot_json(context, *snapshot, robot_of(request, *snapshot)));
 }
 
 http::Reply add_robot(const http::Request& request, const RouteContext& context) {
   check_query(request, {});
   settings::Document document = body_document(request);
+  if (document.root.kind == settings::Node::Kind::object)
+    add_default_method(document.root, context.default_method);
   const auto robot = read_body<RobotConfig>(document);
   if (context.pipeline.snapshot()->robot(robot.id) != nullptr) {
     throw http::Problem(409, "The robot is there already", "there is a robot '" + robot.id + "' already");
   }
   const RobotSpec spec = spec_of(context, robot);
   change_tracker(context, [&](Tracker& tracker) { tracker.add(spec); });
-  http::Reply reply = json_reply(to_json(*context.pipeline.snapshot()->robot(robot.id)), 201);
+  const auto snapshot = context.pipeline.snapshot();
+  const RobotSnapshot* added = snapshot->robot(robot.id);
+  if (added == nullptr)
+    throw http::Problem(409, "The robot is gone",
+                        "robot '" + robot.id + "' was removed as soon as it was added");
+  http::Reply reply = json_reply(robot_json(context, *snapshot, *added), 201);
   reply.headers.emplace_back("Location", "/api/v1/robots/" + robot.id);
   return reply;
 }
@@ -65,7 +91,8 @@ http::Reply change_robot(const http::Request& request, const RouteContext& conte
     throw http::Problem(422, "The body is refused", "body: id: a robot's id cannot change");
   const RobotSpec spec = spec_of(context, robot);
   change_tracker(context, [&](Tracker& tracker) { tracker.change(spec); });
-  return json_reply(to_json(robot_of(request, *context.pipeline.snapshot())));
+  const auto shown = context.pipeline.snapshot();
+  return json_reply(robot_json(context, *shown, robot_of(request, *shown)));
 }
 
 http::Reply remove_robot(const http::Request& request, const RouteContext& context) {
