@@ -19,8 +19,9 @@ int report(const std::exception& error, int code) {
 
 int main(int argc, char** argv) {
   CLI::App app("Tells robots and people where robots are, from cameras in the ceiling.", "skylight");
-  app.set_version_flag("--version", std::string("skylight ") + SKYLIGHT_VERSION);
-  app.require_subcommand(1);
+  const std::string version = std::string("skylight ") + SKYLIGHT_VERSION;
+  app.set_version_flag("--version", version);
+  app.require_subcommand(0, 1);  // that there is one is checked below: an unknown one is to be named
   app.failure_message([](const CLI::App* at, const CLI::Error& error) {
     return std::string("skylight: ") + error.what() + "\nsee " + at->get_name() + " --help\n";
   });
@@ -29,8 +30,11 @@ int main(int argc, char** argv) {
   add_track(app, run);
   add_simulate(app, run);
   add_evaluate(app, run);
+  for (CLI::App* command : app.get_subcommands({})) command->set_version_flag("--version", version);
   try {
     app.parse(argc, argv);
+    if (!run)
+      throw UsageError("a command is needed: serve, track, simulate or evaluate; see skylight --help");
     return run();
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;

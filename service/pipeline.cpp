@@ -1,6 +1,7 @@
 #include "service/pipeline.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace skylight::service {
 namespace {
@@ -26,6 +27,10 @@ class Pacer {
   std::optional<Time> first_;
 };
 
+std::exception_ptr stopping() {
+  return std::make_exception_ptr(std::runtime_error("the service is stopping"));
+}
+
 }  // namespace
 
 Time system_now() {
@@ -50,6 +55,7 @@ Pipeline::Pipeline(std::unique_ptr<FrameSource> source, std::vector<NamedCamera>
       source_(std::move(source)),
       tracker_(std::move(tracker)),
       dropped_(cameras.size()),
+      unreadable_(cameras.size()),
       recent_(cameras.size()) {
   for (NamedCamera& camera : cameras) {
     next_.cameras.push_back({.id = std::move(camera.id),
@@ -77,6 +83,9 @@ void Pipeline::stop() {
   wake_.notify_all();
   if (capture_thread_.joinable()) capture_thread_.join();
   if (track_thread_.joinable()) track_thread_.join();
+  const std::lock_guard lock(mutex_);
+  for (Change& change : changes_) change.done.set_exception(stopping());  // of a pipeline that never started
+  changes_.clear();
 }
 
 std::shared_ptr<const Snapshot> Pipeline::snapshot() const {
@@ -88,7 +97,7 @@ void Pipeline::change(const std::function<void(Tracker&)>& change) {
   std::future<void> done;
   {
     const std::lock_guard lock(mutex_);
-    if (stopping_) throw std::runtime_error("the service is stopping");
+    if (stopping_) std::rethrow_exception(stopping());
     changes_.push_back({&change, {}});
     done = changes_.back().done.get_future();
   }
@@ -117,18 +126,32 @@ void Pipeline::capture() {
 
 void Pipeline::capture_frames() {
   Pacer pacer(now(), options_.speed);
+  std::size_t camera = 0;
   while (auto frame = source_->next()) {
-    frame->captured = pacer.due(frame->captured, now());
+    camera = frame->camera;
+    // In whole microseconds, as on the wire: an instant that a client read there is this very one.
+    frame->captured = std::chrono::floor<std::chrono::microseconds>(pacer.due(frame->captured, now()));
     if (!wait_until(frame->captured)) return;
     {
       const std::lock_guard lock(mutex_);
       if (newest_ && newest_->camera < dropped_.size()) ++dropped_[newest_->camera];
       newest_ = std::move(frame);
-      bad_source_frames_ = source_->bad_frames();
+      count_unreadable(camera);
     }
     wake_.notify_all();
   }
+  {
+    const std::lock_guard lock(mutex_);
+    count_unreadable(camera);
+  }
   set_source(SourceState::ended, {});
+}
+
+// Under the lock. What the source skipped counts for the camera whose frame came next, or last.
+void Pipeline::count_unreadable(std::size_t camera) {
+  const std::uint64_t so_far = source_->bad_frames();
+  if (camera < unreadable_.size()) unreadable_[camera] += so_far - bad_source_frames_;
+  bad_source_frames_ = so_far;
 }
 
 // False when the pipeline stops meanwhile.
@@ -151,10 +174,12 @@ void Pipeline::track() {
       changes.swap(changes_);
       next_.source = source_state_;
       next_.source_error = source_error_;
-      for (std::size_t i = 0; i < dropped_.size(); ++i) next_.cameras[i].dropped = dropped_[i];
+      for (std::size_t i = 0; i < dropped_.size(); ++i) {
+        next_.cameras[i].dropped = dropped_[i];
+        next_.cameras[i].bad_frames += std::exchange(unreadable_[i], 0);
+      }
       if (stopping_) {
-        for (Change& change : changes)
-          change.done.set_exception(std::make_exception_ptr(std::runtime_error("the service is stopping")));
+        for (Change& change : changes) change.done.set_exception(stopping());
         return;
       }
     }

@@ -50,7 +50,8 @@ class Pipeline {
   Time now() const { return options_.clock(); }
 
   /// Runs `change` on the tracking thread between two frames and returns when it is done and shows in the
-  /// snapshot; rethrows what it throws. Throws std::runtime_error when the pipeline is stopped.
+  /// snapshot; rethrows what it throws. Throws std::runtime_error when the pipeline is stopped. Before
+  /// start() it waits.
   void change(const std::function<void(Tracker&)>& change);
 
  private:
@@ -61,6 +62,7 @@ class Pipeline {
 
   void capture();
   void capture_frames();
+  void count_unreadable(std::size_t camera);
   void track();
   void process(const Frame& frame);
   void run_changes(std::vector<Change>& changes);
@@ -78,12 +80,14 @@ class Pipeline {
   std::vector<Change> changes_;
   SourceState source_state_ = SourceState::starting;
   std::string source_error_;
-  std::vector<std::uint64_t> dropped_;  ///< per camera
-  std::uint64_t bad_source_frames_ = 0;
+  std::vector<std::uint64_t> dropped_;     ///< per camera
+  std::vector<std::uint64_t> unreadable_;  ///< per camera, not yet in a snapshot
   bool stopping_ = false;
 
   mutable std::mutex published_mutex_;  ///< held only to copy or swap the pointer
   std::shared_ptr<const Snapshot> published_;
+
+  std::uint64_t bad_source_frames_ = 0;  ///< of the capture thread alone
 
   // Of the tracking thread alone.
   Snapshot next_;

@@ -9,10 +9,10 @@
 namespace skylight::service {
 namespace {
 
-// Shortest text that is exact to a nanometre and a nanoradian; times to the microsecond.
+// Exact to a nanometre within a kilometre, and to a nanoradian; times to the microsecond.
 std::string text(double value) {
   char out[40];
-  std::snprintf(out, sizeof out, "%.9g", value);
+  std::snprintf(out, sizeof out, "%.12g", value);
   return out;
 }
 

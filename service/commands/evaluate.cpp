@@ -347,7 +347,7 @@ void add_evaluate(CLI::App& app, Run& run) {
       ->delimiter(',');
   command->add_option("--horizon", flags->horizon_s, "With --kind predicted: how far ahead, seconds")
       ->check(CLI::Range(0.001, 60.0));
-  command->add_option("--seed", flags->seed, "Instead of the scenario's");
+  command->add_option("--seed", flags->seed, "Instead of the scenario's")->check(CLI::NonNegativeNumber);
   command->add_option("--json", flags->json, "Report to this file; - prints it instead of the table");
   command->callback([flags, &run] { run = [flags] { return evaluate(*flags); }; });
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -63,7 +64,8 @@ class CameraFolder {
 /// truth.csv for all robots, truth.<robot>.tum for each.
 class TruthFiles {
  public:
-  TruthFiles(const fs::path& folder, const std::vector<SimulatedRobot>& robots) : csv_(folder / "truth.csv") {
+  TruthFiles(const fs::path& folder, const std::vector<SimulatedRobot>& robots)
+      : folder_(folder), csv_(folder / "truth.csv") {
     csv_ << "camera,robot,captured,x,y,yaw,vx,vy,yaw_rate,in_view\n";
     for (const SimulatedRobot& robot : robots) tum_.emplace_back(folder / ("truth." + robot.id + ".tum"));
   }
@@ -80,10 +82,13 @@ class TruthFiles {
       tum_[i] << at << ' ' << fixed(t.pose.x, 9) << ' ' << fixed(t.pose.y, 9) << " 0 0 0 "
               << fixed(std::sin(t.pose.yaw / 2), 9) << ' ' << fixed(std::cos(t.pose.yaw / 2), 9) << '\n';
     }
-    if (!csv_) throw std::runtime_error("truth.csv: cannot be written");
+    const bool whole =
+        csv_.good() && std::all_of(tum_.begin(), tum_.end(), [](const auto& f) { return f.good(); });
+    if (!whole) throw std::runtime_error((folder_ / "truth.csv").string() + ": the truth cannot be written");
   }
 
  private:
+  fs::path folder_;
   std::ofstream csv_;
   std::vector<std::ofstream> tum_;
 };
@@ -170,7 +175,7 @@ void add_simulate(CLI::App& app, Run& run) {
   command->add_option("--out", flags->out, "Folder to write to (the scenario's name)");
   command->add_option("--duration", flags->duration_s, "Stop after so many seconds of the scenario")
       ->check(CLI::Range(0.001, 86400.0));
-  command->add_option("--seed", flags->seed, "Instead of the scenario's");
+  command->add_option("--seed", flags->seed, "Instead of the scenario's")->check(CLI::NonNegativeNumber);
   command->callback([flags, &run] { run = [flags] { return simulate(*flags); }; });
 }
 

@@ -85,6 +85,8 @@ cv::Size first_frame_size(const TrackFlags& flags) {
 Config configure(const TrackFlags& flags) {
   std::vector<Override> more;
   std::string camera = "camera";
+  if (!fs::is_directory(flags.input) && flags.frame_rate_hz > 0)
+    throw UsageError("--frame-rate is for folders of images: a video states its own");
   if (!flags.cuts.empty()) {
     if (!(flags.metres_per_pixel > 0))
       throw UsageError("--cut needs --metres-per-pixel: the scale of the robots' plane");
@@ -118,6 +120,13 @@ Config configure(const TrackFlags& flags) {
 struct Tally {
   std::size_t measured = 0;
   std::size_t tracking = 0;
+};
+
+struct Outcome {
+  std::map<std::string, Tally> robots;
+  std::size_t frames = 0;
+  std::size_t skipped = 0;
+  std::string broken_off;  ///< why the source did; empty where it ended
 };
 
 fs::path with_robot(const fs::path& path, const std::string& robot) {
@@ -155,6 +164,52 @@ void check_out(const TrackFlags& flags) {
   const std::string extension = fs::path(flags.out).extension().string();
   if (!trajectory_format(extension.empty() ? "" : extension.substr(1)))
     throw UsageError("--out is '" + flags.out + "', allowed endings: .csv, .tum, .json");
+  // Said now, not after an hour of tracking.
+  const fs::path folder = fs::absolute(flags.out).parent_path();
+  if (!fs::is_directory(folder)) throw UsageError("--out is '" + flags.out + "': there is no such folder");
+  if (fs::is_directory(flags.out)) throw UsageError("--out is '" + flags.out + "', which is a folder");
+}
+
+// What was tracked until a source broke off is not lost: the reason waits until it is written out.
+std::optional<Frame> next_frame(FrameSource& source, std::string& broken_off) {
+  try {
+    return source.next();
+  } catch (const SourceError& error) {
+    broken_off = error.what();
+    return std::nullopt;
+  }
+}
+
+Outcome track_all(const TrackFlags& flags, FrameSource& source, Tracker& tracker) {
+  Outcome outcome;
+  Progress progress(flags.input, 0);
+  while (const auto frame = next_frame(source, outcome.broken_off)) {
+    try {
+      for (const RobotReport& report : tracker.process(*frame)) {
+        outcome.robots[report.id].measured += report.measured ? 1 : 0;
+        outcome.robots[report.id].tracking += report.state == TrackState::tracking ? 1 : 0;
+      }
+      ++outcome.frames;
+    } catch (const std::invalid_argument& e) {
+      if (++outcome.skipped == 1)
+        std::cerr << "skylight: " << flags.input << ": frame " << frame->sequence << ": " << e.what() << "\n";
+    }
+    progress.step();
+  }
+  outcome.skipped += source.bad_frames();
+  return outcome;
+}
+
+void print(const Outcome& outcome) {
+  const std::string skipped =
+      outcome.skipped > 0 ? ", " + std::to_string(outcome.skipped) + " skipped" : std::string();
+  std::printf("%zu frames%s\n%-20s %10s %10s\n", outcome.frames, skipped.c_str(), "robot", "measured",
+              "tracking");
+  for (const auto& [robot, tally] : outcome.robots) {
+    std::printf("%-20s %9.1f%% %9.1f%%\n", robot.c_str(),
+                100.0 * static_cast<double>(tally.measured) / static_cast<double>(outcome.frames),
+                100.0 * static_cast<double>(tally.tracking) / static_cast<double>(outcome.frames));
+  }
 }
 
 int track(const TrackFlags& flags) {
@@ -165,39 +220,14 @@ int track(const TrackFlags& flags) {
   config.history.max_entries = 10'000'000;
   Assembly assembly = assemble(config);
   Tracker tracker = make_tracker(assembly);
-
-  std::map<std::string, Tally> tallies;
-  std::size_t frames = 0;
-  std::size_t refused = 0;
-  {
-    Progress progress(flags.input, 0);
-    while (const auto frame = assembly.source->next()) {
-      try {
-        for (const RobotReport& report : tracker.process(*frame)) {
-          tallies[report.id].measured += report.measured ? 1 : 0;
-          tallies[report.id].tracking += report.state == TrackState::tracking ? 1 : 0;
-        }
-        ++frames;
-      } catch (const std::invalid_argument& e) {
-        if (++refused == 1)
-          std::cerr << "skylight: " << flags.input << ": frame " << frame->sequence << ": " << e.what()
-                    << "\n";
-      }
-      progress.step();
-    }
+  const Outcome outcome = track_all(flags, *assembly.source, tracker);
+  if (outcome.frames == 0) {
+    throw SourceError(outcome.broken_off.empty() ? flags.input + ": no frame could be tracked"
+                                                 : outcome.broken_off);
   }
-  if (frames == 0) throw SourceError(flags.input + ": no frame could be tracked");
   if (!flags.out.empty()) write_results(flags.out, tracker.views(), kind);
-  const std::size_t skipped = refused + assembly.source->bad_frames();
-  std::printf("%zu frames%s\n%-20s %10s %10s\n", frames,
-              skipped > 0 ? (", " + std::to_string(skipped) + " skipped").c_str() : "", "robot", "measured",
-              "tracking");
-  for (const RobotView& view : tracker.views()) {
-    const Tally& tally = tallies[view.id];
-    std::printf("%-20s %9.1f%% %9.1f%%\n", view.id.c_str(),
-                100.0 * static_cast<double>(tally.measured) / static_cast<double>(frames),
-                100.0 * static_cast<double>(tally.tracking) / static_cast<double>(frames));
-  }
+  print(outcome);
+  if (!outcome.broken_off.empty()) throw SourceError(outcome.broken_off);
   return 0;
 }
 

@@ -43,8 +43,9 @@ http::Reply get_snapshot(const http::Request& request, const RouteContext& conte
   const auto snapshot = context.pipeline.snapshot();
   const CameraSnapshot& camera = camera_of(request, *snapshot);
   const bool overlay = wants_overlay(request);
-  const double width = query_number(request, "width").value_or(0.0);
-  if (width != 0.0 && !(width >= 64 && width <= 4096 && width == std::floor(width))) {
+  const auto asked = query_number(request, "width");
+  const double width = asked.value_or(0.0);
+  if (asked && !(width >= 64 && width <= 4096 && width == std::floor(width))) {
     throw http::Problem(
         400, "Bad query parameter",
         "width is '" + *request.query_value("width") + "', allowed: a whole number from 64 to 4096");

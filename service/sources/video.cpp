@@ -111,8 +111,9 @@ VideoFrames::VideoFrames(fs::path path, const FileSourceOptions& options)
     throw SourceError(path_.string() + ": no video that can be read");
   frame_rate_hz_ = options_.frame_rate_hz > 0 ? options_.frame_rate_hz : capture_.get(cv::CAP_PROP_FPS);
   if (!(frame_rate_hz_ >= 0.01 && frame_rate_hz_ <= 10'000.0)) {
-    throw SourceError(path_.string() + ": the video states no plausible frame rate; say frame_rate_hz");
+    throw SourceError(path_.string() + ": the video states no plausible frame rate");
   }
+  stated_frames_ = capture_.get(cv::CAP_PROP_FRAME_COUNT);
 }
 
 std::optional<Frame> VideoFrames::next() {
@@ -120,7 +121,14 @@ std::optional<Frame> VideoFrames::next() {
   if (!capture_.read(image) || image.empty()) {
     if (frames_this_round_ == 0)
       throw SourceError(path_.string() + ": not one frame can be decoded (truncated?)");
-    if (!options_.loop) return std::nullopt;
+    if (!options_.loop) {
+      // Some containers only estimate their length: a little less is no truncation.
+      if (const auto read = static_cast<double>(frames_this_round_); read < 0.9 * stated_frames_ - 2.0) {
+        throw SourceError(path_.string() + ": breaks off after " + std::to_string(frames_this_round_) +
+                          " of " + std::to_string(std::llround(stated_frames_)) + " frames (truncated?)");
+      }
+      return std::nullopt;
+    }
     frames_this_round_ = 0;
     if (!capture_.open(path_.string(), cv::CAP_FFMPEG))
       throw SourceError(path_.string() + ": can no longer be read");
@@ -156,52 +164,64 @@ void FolderFrames::read_times() {
   std::ifstream in(path_ / "frames.csv");
   if (!in) return;
   std::string line;
-  std::getline(in, line);
+  if (!std::getline(in, line) || !line.starts_with("file,captured")) {
+    throw SourceError((path_ / "frames.csv").string() +
+                      ":1: expected the header file,captured, found: " + line);
+  }
   std::vector<fs::path> named;
   for (int number = 2; std::getline(in, line); ++number) {
     if (line.empty()) continue;
     std::istringstream fields(line);
     std::string file;
     double captured = 0.0;
-    if (!std::getline(fields, file, ',') || !(fields >> captured) || !(std::abs(captured) < 9e9) ||
-        fs::path(file).has_parent_path()) {
+    const bool read = std::getline(fields, file, ',') && fields >> captured;
+    const bool whole = read && (fields.eof() || fields.peek() == ',' || fields.peek() == '\r');
+    if (!whole || !(std::abs(captured) < 9e9) || file.empty() || fs::path(file).has_parent_path()) {
       throw SourceError((path_ / "frames.csv").string() + ":" + std::to_string(number) +
                         ": expected file,captured (Unix seconds), found: " + line);
     }
     named.push_back(path_ / file);
-    times_.emplace_back(from_seconds(captured));
+    times_.emplace_back(std::chrono::microseconds(std::llround(captured * 1e6)));  // all that a double holds
   }
   files_ = std::move(named);
   if (files_.empty()) throw SourceError((path_ / "frames.csv").string() + ": names no pictures");
 }
 
 std::optional<Frame> FolderFrames::next() {
-  if (index_ == files_.size() && options_.loop && bad_frames_ < files_.size()) index_ = 0;
-  for (; index_ < files_.size(); ++index_) {
-    Frame frame{.camera = options_.camera, .sequence = sequence_};
-    frame.captured = !times_.empty() && !options_.loop
-                         ? times_[index_]
-                         : options_.start + from_seconds(static_cast<double>(sequence_) /
-                                                         std::max(options_.frame_rate_hz, 0.01));
-    ++sequence_;
-    try {
-      frame.image = as_frame_image(read_picture(files_[index_], cv::IMREAD_UNCHANGED));
-      const fs::path depth = path_ / "depth" / files_[index_].filename();
-      if (std::error_code error; fs::exists(depth, error))
-        frame.depth = read_picture(depth, cv::IMREAD_UNCHANGED);
-    } catch (const SourceError&) {
-      frame.image.release();
+  for (;;) {
+    while (index_ < files_.size()) {
+      Frame frame = read(index_++);
+      if (!frame.image.empty()) {
+        ++frames_this_round_;
+        return frame;
+      }
+      ++bad_frames_;  // a bad frame is counted and skipped, never fatal
     }
-    if (frame.image.empty()) {  // a bad frame is counted and skipped, never fatal
-      ++bad_frames_;
-      continue;
-    }
-    ++index_;
-    return frame;
+    if (frames_this_round_ == 0)
+      throw SourceError(path_.string() + ": not one picture of this folder can be read");
+    if (!options_.loop) return std::nullopt;
+    index_ = 0;
+    frames_this_round_ = 0;
   }
-  if (bad_frames_ >= files_.size())
-    throw SourceError(path_.string() + ": not one picture of this folder can be read");
-  return std::nullopt;
+}
+
+// Without an image where it cannot be read.
+Frame FolderFrames::read(std::size_t index) {
+  Frame frame{.camera = options_.camera, .sequence = sequence_};
+  frame.captured = !times_.empty() && !options_.loop
+                       ? times_[index]
+                       : options_.start + from_seconds(static_cast<double>(sequence_) /
+                                                       std::max(options_.frame_rate_hz, 0.01));
+  ++sequence_;
+  try {
+    frame.image = as_frame_image(read_picture(files_[index], cv::IMREAD_UNCHANGED));
+    const fs::path depth = path_ / "depth" / files_[index].filename();
+    if (std::error_code error; fs::exists(depth, error))
+      frame.depth = read_picture(depth, cv::IMREAD_UNCHANGED);
+  } catch (const SourceError&) {
+    frame.image.release();
+  }
+  return frame;
 }
 
 }  // namespace skylight::service

@@ -29,6 +29,7 @@ class VideoFrames final : public FrameSource {
  public:
   /// Throws SourceError where the file is missing, is no video or has no plausible frame rate.
   VideoFrames(std::filesystem::path path, const FileSourceOptions& options);
+  /// Throws SourceError too where the file breaks off well before the end that it states, unless it loops.
   std::optional<Frame> next() override;
 
   double frame_rate_hz() const { return frame_rate_hz_; }
@@ -39,13 +40,14 @@ class VideoFrames final : public FrameSource {
   cv::VideoCapture capture_;
   double frame_rate_hz_ = 0.0;
   std::uint64_t sequence_ = 0;
+  double stated_frames_ = 0.0;  ///< 0 where the file does not say
   std::uint64_t frames_this_round_ = 0;
 };
 
 /// Pictures (.png .jpg .jpeg .bmp .tif .tiff .pgm .ppm) in the order of their names, numbers in them compared
 /// as numbers. Where there is a folder `depth` with pictures of the same names (16-bit millimetres), they go
-/// with them; where there is a `frames.csv` (sequence, captured in Unix seconds, ... as `skylight simulate`
-/// writes it) its times are taken, in its order.
+/// with them; where there is a `frames.csv` (a header line `file,captured`, then a picture's name and its
+/// Unix seconds per line, as `skylight simulate` writes it) its times are taken, in its order.
 class FolderFrames final : public FrameSource {
  public:
   /// Throws SourceError where the folder is missing or has no pictures.
@@ -55,6 +57,7 @@ class FolderFrames final : public FrameSource {
 
  private:
   void read_times();
+  Frame read(std::size_t index);
 
   std::filesystem::path path_;
   FileSourceOptions options_;
@@ -63,6 +66,7 @@ class FolderFrames final : public FrameSource {
   std::size_t index_ = 0;
   std::uint64_t sequence_ = 0;
   std::uint64_t bad_frames_ = 0;
+  std::uint64_t frames_this_round_ = 0;
 };
 
 }  // namespace skylight::service
