@@ -268,6 +268,32 @@ Json evaluate_scenario(const EvaluateFlags& flags, const std::string& scenario) 
   return out;
 }
 
+// Where there was no pose there is no error either: a dash, no nought that would look like perfection.
+std::string figure(const char* format, const Json& value, double factor, bool any) {
+  char text[40] = "-";
+  if (any) std::snprintf(text, sizeof text, format, value.get<double>() * factor);
+  return text;
+}
+
+void print_row(const Json& scenario, const Json& robot) {
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  const Json& p = robot["position_error_m"];
+  const Json& y = robot["yaw_error_rad"];
+  const bool any = robot["availability"].get<double>() > 0.0;
+  const auto text = [](const Json& value) { return value.get<std::string>(); };
+  std::printf("%-10s %-10s %-10s |", text(scenario["detector"]).c_str(), text(scenario["kind"]).c_str(),
+              text(robot["id"]).c_str());
+  for (const char* key : {"mean", "p95", "p99", "max"})
+    std::printf(" %8s", figure("%.3f", p[key], 1e3, any).c_str());
+  std::printf(" | %8s %8s |", figure("%.4f", y["mean"], kDegrees, any).c_str(),
+              figure("%.4f", y["p99"], kDegrees, any).c_str());
+  std::printf(" %6.2f %% %6.2f %% %6zu |", 100 * robot["measured"].get<double>(),
+              100 * robot["usable"].get<double>(), robot["confident_wrong"].get<std::size_t>());
+  std::printf(" %6s %4s %% | %7.2f\n", figure("%.2f", robot["nees_mean"], 1.0, any).c_str(),
+              figure("%.0f", robot["ellipse_95"], 100.0, any).c_str(),
+              scenario["tracker_ms"]["mean"].get<double>());
+}
+
 void print_table(const Json& scenarios) {
   std::string last;
   for (const Json& s : scenarios) {
@@ -282,21 +308,7 @@ void print_table(const Json& scenarios) {
                   "usable", "wrong", "NEES", "95 %", "ms");
       last = head;
     }
-    constexpr double kDegrees = 180.0 / std::numbers::pi;
-    for (const Json& r : s["robots"]) {
-      const Json& p = r["position_error_m"];
-      const Json& y = r["yaw_error_rad"];
-      const auto mm = [&](const char* key) { return p[key].get<double>() * 1e3; };
-      std::printf(
-          "%-10s %-10s %-10s | %8.3f %8.3f %8.3f %8.3f | %8.4f %8.4f | %6.2f %% %6.2f %% %6zu | %6.2f %4.0f "
-          "%% | %7.2f\n",
-          s["detector"].get<std::string>().c_str(), s["kind"].get<std::string>().c_str(),
-          r["id"].get<std::string>().c_str(), mm("mean"), mm("p95"), mm("p99"), mm("max"),
-          y["mean"].get<double>() * kDegrees, y["p99"].get<double>() * kDegrees,
-          100 * r["measured"].get<double>(), 100 * r["usable"].get<double>(),
-          r["confident_wrong"].get<std::size_t>(), r["nees_mean"].get<double>(),
-          100 * r["ellipse_95"].get<double>(), s["tracker_ms"]["mean"].get<double>());
-    }
+    for (const Json& robot : s["robots"]) print_row(s, robot);
     const Json& identity = s["identity"];
     if (s["robots"].size() > 1) {
       std::printf("%-10s %-10s identity   | %zu switches, IDF1 %.4f, MOTA %.4f\n",
