@@ -154,7 +154,7 @@ TEST_F(Sources, AFolderIsReadInTheOrderThatPeopleCountIn) {
 }
 
 TEST_F(Sources, PicturesBecomeEightBitsAndOneOrThreeChannels) {
-  cv::imwrite((folder_ / "a16.png").string(), cv::Mat(24, 32, CV_16UC1, cv::Scalar(257 * 77)));
+  cv::imwrite((folder_ / "a16.png").string(), cv::Mat(24, 32, CV_16UC1, cv::Scalar(257 * 200)));
   cv::imwrite((folder_ / "b16.png").string(), cv::Mat(24, 32, CV_16UC3, cv::Scalar(257 * 1, 257 * 2, 65535)));
   cv::imwrite((folder_ / "c8.png").string(), cv::Mat(24, 32, CV_8UC4, cv::Scalar(1, 2, 3, 4)));
   cv::imwrite((folder_ / "d8.png").string(), cv::Mat(24, 32, CV_8UC1, cv::Scalar(55)));
@@ -162,7 +162,7 @@ TEST_F(Sources, PicturesBecomeEightBitsAndOneOrThreeChannels) {
   auto frame = source.next();
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->image.type(), CV_8UC1);
-  EXPECT_EQ(frame->image.at<uchar>(5, 5), 77);
+  EXPECT_EQ(frame->image.at<uchar>(5, 5), 200);
   frame = source.next();
   EXPECT_EQ(frame->image.at<cv::Vec3b>(5, 5), cv::Vec3b(1, 2, 255));
   frame = source.next();

@@ -129,6 +129,21 @@ TEST(Trajectory, LeavesOutInstantsWithoutThatKindOfPose) {
   EXPECT_EQ(filtered.points[45].score, 0.9);
 }
 
+TEST(Trajectory, AMeasurementThatTheGateRefusedIsNotTheSourceOfAFilteredPose) {
+  PoseHistory history;
+  history.append({.captured = kStart,
+                  .state = TrackState::predicting,
+                  .measured = Observation{.captured = kStart, .source = PoseSource::align, .score = 0.9},
+                  .filtered = Estimate{.at = kStart}});
+  const auto whole = [&](PoseKind kind) {
+    return make_trajectory("anna", history.view(), kind, Time{}, Time::max()).points.at(0);
+  };
+  EXPECT_EQ(whole(PoseKind::filtered).source, PoseSource::prediction);
+  EXPECT_EQ(whole(PoseKind::filtered).score, 0.0);
+  EXPECT_EQ(whole(PoseKind::measured).source, PoseSource::align);
+  EXPECT_EQ(whole(PoseKind::measured).score, 0.9);
+}
+
 TEST(Trajectory, AnEmptyOneIsAHeaderOrAnEmptyList) {
   const Trajectory empty{.robot = "anna", .kind = PoseKind::measured, .points = {}};
   EXPECT_THAT(written(empty, TrajectoryFormat::csv), HasSubstr("robot,captured"));
