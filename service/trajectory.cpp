@@ -22,18 +22,21 @@ std::string time_text(Time time) {
   return out;
 }
 
-Json point_json(const TrajectoryPoint& p) {
+Json point_json(const TrajectoryPoint& p, PoseKind kind) {
   Json covariance = Json::array();
   for (int i = 0; i < 9; ++i) covariance.push_back(p.covariance(i / 3, i % 3));
-  return {{"captured", unix_seconds(p.captured)},
-          {"state", skylight::to_string(p.state)},
-          {"source", skylight::to_string(p.source)},
-          {"x", p.pose.x},
-          {"y", p.pose.y},
-          {"yaw", p.pose.yaw},
-          {"velocity", {{"x", p.velocity.x}, {"y", p.velocity.y}, {"yaw_rate", p.velocity.yaw_rate}}},
-          {"covariance", covariance},
-          {"score", p.score}};
+  return {
+      {"captured", unix_seconds(p.captured)},
+      {"state", skylight::to_string(p.state)},
+      {"source", skylight::to_string(p.source)},
+      {"x", p.pose.x},
+      {"y", p.pose.y},
+      {"yaw", p.pose.yaw},
+      {"velocity", kind == PoseKind::measured
+                       ? Json(nullptr)
+                       : Json{{"x", p.velocity.x}, {"y", p.velocity.y}, {"yaw_rate", p.velocity.yaw_rate}}},
+      {"covariance", covariance},
+      {"score", p.score}};
 }
 
 }  // namespace
@@ -99,7 +102,7 @@ void write_trajectory(std::ostream& out, const Trajectory& trajectory, Trajector
       return;
     case TrajectoryFormat::json: {
       Json points = Json::array();
-      for (const TrajectoryPoint& p : trajectory.points) points.push_back(point_json(p));
+      for (const TrajectoryPoint& p : trajectory.points) points.push_back(point_json(p, trajectory.kind));
       out << Json{{"robot", trajectory.robot},
                   {"kind", skylight::to_string(trajectory.kind)},
                   {"points", std::move(points)}}

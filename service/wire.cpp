@@ -73,7 +73,7 @@ Json to_json(const RobotSnapshot& robot, const PoseAnswer& now) {
   const RobotSpec& spec = *robot.spec;
   const Eigen::Vector2d size = spec.appearance->size_m();
   Json out = Json::parse(settings::write(robot_config(spec)));
-  out["status"] = {{"state", skylight::to_string(robot.view.state)},
+  out["status"] = {{"state", skylight::to_string(now.state)},
                    {"reason", now.reason.empty() ? Json(nullptr) : Json(now.reason)},
                    {"last_seen", now.last_seen ? Json(unix_seconds(*now.last_seen)) : Json(nullptr)},
                    {"size_m", {size.x(), size.y()}},

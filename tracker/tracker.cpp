@@ -283,6 +283,11 @@ void Tracker::add(const RobotSpec& spec) {
   if (impl_->find(spec.id) != nullptr)
     throw std::invalid_argument("robot '" + spec.id + "' is there already");
   impl_->tracks.push_back(std::make_unique<Track>(spec, impl_->config));
+  // Second opinions are dear: robots added together must not all ask for theirs in one frame.
+  if (impl_->config.audit_interval > 0) {
+    impl_->tracks.back()->frames_since_audit =
+        static_cast<int>(impl_->tracks.size() * 7 % static_cast<std::size_t>(impl_->config.audit_interval));
+  }
 }
 
 bool Tracker::change(const RobotSpec& spec) {

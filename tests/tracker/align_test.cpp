@@ -17,9 +17,10 @@ test::FlatScene scene_with(const Pose2& pose, std::uint32_t picture_seed = 11) {
   return scene;
 }
 
-std::optional<AlignResult> align(const test::FlatScene& scene, const Pose2& from, bool coarse_first = false) {
+std::optional<AlignResult> align(const test::FlatScene& scene, const Pose2& from,
+                                 AlignMode mode = AlignMode::fine) {
   Aligner aligner(test::appearance_of(scene.pictures[0]));
-  return aligner.align(scene.render(), scene.camera(), {from, scene.pictures[0].height_m}, coarse_first);
+  return aligner.align(scene.render(), scene.camera(), {from, scene.pictures[0].height_m}, mode);
 }
 
 double apart_px(const test::FlatScene& scene, const Pose2& a, const Pose2& b) {
@@ -45,7 +46,7 @@ TEST(Aligner, ReachesFurtherWithTheCoarseLevelFirst) {
   const Pose2 truth{0.2, 0.25, 0.7};
   const test::FlatScene scene = scene_with(truth);
   const Pose2 from{truth.x + 0.02, truth.y + 0.012, truth.yaw - 6 * kDegree};  // 4 px and 6 degrees off
-  const auto result = align(scene, from, true);
+  const auto result = align(scene, from, AlignMode::coarse);
   ASSERT_TRUE(result);
   EXPECT_LT(apart_px(scene, result->pose, truth), 0.05);
 }
@@ -81,11 +82,11 @@ TEST(Aligner, TheScoreTellsThePictureFromAnotherAndFromTheFloor) {
   Aligner aligner(test::appearance_of(mine.pictures[0]));
   const Frame frame = other.render();
   for (int step = 0; step < 36; ++step) {
-    const auto result =
-        aligner.align(frame, other.camera(), {{0.1, 0.1, wrap_angle(step * 10 * kDegree)}, 0.1}, true);
+    const auto result = aligner.align(frame, other.camera(),
+                                      {{0.1, 0.1, wrap_angle(step * 10 * kDegree)}, 0.1}, AlignMode::coarse);
     EXPECT_LT(result ? result->score : 0.0, 0.5) << "another picture, heading " << step * 10;
-    const auto floor =
-        aligner.align(frame, other.camera(), {{-0.8, -0.6, wrap_angle(step * 10 * kDegree)}, 0.1}, true);
+    const auto floor = aligner.align(frame, other.camera(),
+                                     {{-0.8, -0.6, wrap_angle(step * 10 * kDegree)}, 0.1}, AlignMode::coarse);
     EXPECT_LT(floor ? floor->score : 0.0, 0.5) << "floor, heading " << step * 10;
   }
 }
@@ -95,8 +96,8 @@ TEST(Aligner, GivesNothingWhereThePictureLeavesTheFrame) {
   Aligner aligner(test::appearance_of(scene.pictures[0]));
   const Frame frame = scene.render();
   const double edge = 320 * scene.metres_per_px(0.1);
-  EXPECT_FALSE(aligner.align(frame, scene.camera(), {{edge + 0.05, 0.0, 0.0}, 0.1}, true));
-  EXPECT_FALSE(aligner.align(frame, scene.camera(), {{30.0, 0.0, 0.0}, 0.1}, true));
+  EXPECT_FALSE(aligner.align(frame, scene.camera(), {{edge + 0.05, 0.0, 0.0}, 0.1}, AlignMode::coarse));
+  EXPECT_FALSE(aligner.align(frame, scene.camera(), {{30.0, 0.0, 0.0}, 0.1}, AlignMode::coarse));
 }
 
 // The stated covariance against the scatter over noise: NEES of 3 on average if it is honest. Neighbouring
@@ -113,7 +114,7 @@ TEST(Aligner, StatesACovarianceThatItsErrorsBearOut) {
   for (int run = 0; run < kRuns; ++run) {
     scene.seed = 100 + static_cast<std::uint32_t>(run);
     scene.floor_speckle = 0;
-    const auto result = aligner.align(scene.render(), scene.camera(), {truth, 0.1}, false);
+    const auto result = aligner.align(scene.render(), scene.camera(), {truth, 0.1}, AlignMode::fine);
     ASSERT_TRUE(result);
     errors.emplace_back(result->pose.x - truth.x, result->pose.y - truth.y,
                         wrap_angle(result->pose.yaw - truth.yaw));
@@ -137,8 +138,8 @@ TEST(Aligner, GivesThePoseOfBaseLinkNotOfThePicture) {
                                                                     .reference_point_m = reference});
   const Eigen::Vector2d base = centre.position() + Eigen::Rotation2Dd(centre.yaw) * reference;
   Aligner aligner(appearance);
-  const auto result =
-      aligner.align(scene.render(), scene.camera(), {{base.x() + 0.003, base.y(), centre.yaw}, 0.1}, false);
+  const auto result = aligner.align(scene.render(), scene.camera(),
+                                    {{base.x() + 0.003, base.y(), centre.yaw}, 0.1}, AlignMode::fine);
   ASSERT_TRUE(result);
   EXPECT_NEAR(result->pose.x, base.x(), 0.0005);
   EXPECT_NEAR(result->pose.y, base.y(), 0.0005);

@@ -211,18 +211,22 @@ double picture_contrast(const Patch& patch, const std::vector<Light>& light) {
   return std::sqrt(squares / static_cast<double>(light.size()));
 }
 
-enum class Stage { approach, settle };
+enum class Stage { approach, settle, settle_smeared };
 
 // Far from the answer every edge disagrees, so that nothing may be thrown away (Huber); once there, what
-// still disagrees is no part of the picture (Tukey).
+// still disagrees is no part of the picture (Tukey). A picture smeared by a quick turn disagrees at every
+// edge: there only the noise says what is too much.
 ArrayXf robust_weight(const ArrayXf& residual, const ArrayXf& visible, double noise, double contrast,
                       Stage stage) {
   if (stage == Stage::approach) {
     const auto bound = static_cast<float>(std::max(3.0 * noise, 0.3 * contrast));
     return visible * (residual <= bound).select(ArrayXf::Ones(residual.size()), bound / residual.max(bound));
   }
-  // Bounded by the picture's own contrast: where much is covered, the noise is overrated at first.
-  const auto bound = static_cast<float>(std::clamp(4.0 * noise, 0.35 * contrast, 0.8 * contrast));
+  // Else bounded by the picture's own contrast: where much is covered, the noise is overrated at first.
+  const double bound_grey = stage == Stage::settle_smeared
+                                ? std::max(6.0 * noise, 0.6 * contrast)
+                                : std::clamp(4.0 * noise, 0.35 * contrast, 0.8 * contrast);
+  const auto bound = static_cast<float>(bound_grey);
   return visible * (1.0F - (residual / bound).square()).max(0.0F).square();
 }
 
@@ -244,9 +248,13 @@ struct LevelResult {
   int iterations = 0;
 };
 
-void judge(const Patch& patch, const Reading& reading, const std::vector<Light>& light, const ArrayXf& weight,
-           LevelResult& result) {
-  const ArrayXf inlier = (weight > 0.2F).cast<float>();
+// The score's own idea of what agrees is wider than the weights': a picture smeared by a quick turn agrees,
+// badly, everywhere, and that is another thing than one that is covered in part.
+void judge(const Patch& patch, const Reading& reading, const std::vector<Light>& light, LevelResult& result) {
+  const ArrayXf residual = residual_size(patch, reading, light);
+  const double bound =
+      std::max(4.5 * noise_of(residual, reading.visible), 0.45 * picture_contrast(patch, light));
+  const ArrayXf inlier = reading.visible * (residual < static_cast<float>(bound)).cast<float>();
   const double count = inlier.sum();
   result.agreeing = count / static_cast<double>(patch.size());
   if (count < 16) return;
@@ -282,8 +290,9 @@ std::optional<Vector3d> solve_step(const PoseSystem& system) {
 }
 
 std::optional<LevelResult> align_level(const Patch& patch, const Region& region, const LocalProjection& local,
-                                       Iterate at, const AlignConfig& config) {
+                                       Iterate at, const AlignConfig& config, bool smeared) {
   LevelResult result;
+  const Stage settle = smeared ? Stage::settle_smeared : Stage::settle;
   Reading reading;
   std::vector<Light> light;
   ArrayXf weight = ArrayXf::Ones(patch.size());
@@ -301,7 +310,7 @@ std::optional<LevelResult> align_level(const Patch& patch, const Region& region,
     // The weights of the next step, from what this pose leaves over.
     const ArrayXf residual = residual_size(patch, reading, light);
     weight = robust_weight(residual, reading.visible, noise_of(residual, reading.visible),
-                           picture_contrast(patch, light), settled > 0 ? Stage::settle : Stage::approach);
+                           picture_contrast(patch, light), settled > 0 ? settle : Stage::approach);
     // The frame shows the picture's content displaced by `step`: the pose moves against it.
     at.yaw -= (*step)[2] / patch.radius_px();
     at.centre_m -= Eigen::Rotation2Dd(at.yaw) * step->head<2>() * patch.scale.metres_per_px;
@@ -310,7 +319,7 @@ std::optional<LevelResult> align_level(const Patch& patch, const Region& region,
     if (settled > 0 || step->norm() < kSettlePx || result.iterations >= kMaxApproach) ++settled;
   }
   result.at = at;
-  judge(patch, reading, light, weight, result);
+  judge(patch, reading, light, result);
   return result;
 }
 
@@ -350,7 +359,7 @@ const Patch& Aligner::patch_for(const PatchScale& scale) {
 }
 
 std::optional<AlignResult> Aligner::align(const Frame& frame, const CameraModel& camera,
-                                          const Placement& prior, bool coarse_first) {
+                                          const Placement& prior, AlignMode mode) {
   const Eigen::Vector2d size = appearance_->size_m();
   Iterate at{.centre_m = prior.pose.position() + Eigen::Rotation2Dd(prior.pose.yaw) * appearance_->centre_m(),
              .yaw = prior.pose.yaw};
@@ -362,7 +371,7 @@ std::optional<AlignResult> Aligner::align(const Frame& frame, const CameraModel&
   const Patch* patch = nullptr;
   for (const double blur : {config_.coarse_blur_px, config_.blur_px}) {
     const bool coarse = blur == config_.coarse_blur_px;
-    if (coarse && !coarse_first) continue;
+    if (coarse && mode != AlignMode::coarse) continue;
     patch = &patch_for({.metres_per_px = local->metres_per_px(), .blur_px = blur, .channels = channels});
     if (patch->size() < 32) {
       if (coarse) continue;
@@ -372,7 +381,7 @@ std::optional<AlignResult> Aligner::align(const Frame& frame, const CameraModel&
     const auto region =
         cut_region(frame.image, local->pixel(at.centre_m - local->centre_m), reach_px, blur, channels);
     if (!region) return std::nullopt;
-    result = align_level(*patch, *region, *local, at, config_);
+    result = align_level(*patch, *region, *local, at, config_, mode != AlignMode::fine);
     if (!result) return std::nullopt;
     at = result->at;
   }

@@ -39,6 +39,13 @@ struct AlignConfig {
   double coarse_blur_px = 2.5;  ///< of the coarse level, which reaches further
 };
 
+/// How the prior and the frame are taken.
+enum class AlignMode : std::uint8_t {
+  fine,     ///< the prior is good to a pixel or so; what covers the robot is left out
+  smeared,  ///< the same where a quick turn smears the picture; what covers the robot drags it more
+  coarse,   ///< as smeared, and reaches about three times as far (some 4 px): the coarse level goes first
+};
+
 /// Aligns one appearance; keeps the patches that it prepared, one per scale met. Not thread-safe.
 class Aligner {
  public:
@@ -46,11 +53,11 @@ class Aligner {
 
   const Appearance& appearance() const { return *appearance_; }
 
-  /// Aligns from `prior`; `coarse_first` reaches about three times as far (some 4 px). None where the
-  /// picture leaves the frame or the evidence gives no estimate (flat, turned to nothing, walked away by
-  /// more than the picture's own radius). Whether a result is good enough is the caller's: see score.
+  /// Aligns from `prior`. None where the picture leaves the frame or the evidence gives no estimate (flat,
+  /// turned to nothing, walked away by more than the picture's own radius). Whether a result is good enough
+  /// is the caller's: see score.
   std::optional<AlignResult> align(const Frame& frame, const CameraModel& camera, const Placement& prior,
-                                   bool coarse_first);
+                                   AlignMode mode);
 
  private:
   const Patch& patch_for(const PatchScale& scale);

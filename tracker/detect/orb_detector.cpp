@@ -50,8 +50,8 @@ OrbDetector::OrbDetector(std::shared_ptr<const Appearance> appearance, const Orb
 }
 
 std::optional<Observation> OrbDetector::align_at(const Frame& frame, const CameraModel& camera,
-                                                 const Placement& from, bool coarse_first, double accept) {
-  const auto aligned = aligner_.align(frame, camera, from, coarse_first);
+                                                 const Placement& from, AlignMode mode, double accept) {
+  const auto aligned = aligner_.align(frame, camera, from, mode);
   if (!aligned || aligned->score < accept) return std::nullopt;
   return Observation{.captured = frame.captured,
                      .pose = aligned->pose,
@@ -69,9 +69,8 @@ void OrbDetector::keep_better(std::optional<Observation>& best, std::optional<Ob
 std::optional<Observation> OrbDetector::detect_near(const Frame& frame, const CameraModel& camera,
                                                     const Prior& prior, double surface_height_m) {
   const Placement from{prior.pose, surface_height_m};
-  for (const bool coarse_first : {false, true}) {
-    if (auto observation = align_at(frame, camera, from, coarse_first, config_.accept_tracking))
-      return observation;
+  for (const AlignMode mode : {AlignMode::fine, AlignMode::smeared, AlignMode::coarse}) {
+    if (auto observation = align_at(frame, camera, from, mode, config_.accept_tracking)) return observation;
   }
   const double radius = prior.radius_m + 0.6 * appearance_->size_m().norm();
   return find_in(frame, camera, part_around(camera, prior.pose.position(), radius, surface_height_m),
@@ -88,14 +87,16 @@ std::optional<Observation> OrbDetector::find_in(const Frame& frame, const Camera
     if (!floor) return best;
     for (const CorrelatePose& found : find_correlate(*correlate_, *appearance_, frame, camera, *floor,
                                                      surface_height_m, config_.correlate)) {
-      keep_better(best, align_at(frame, camera, {found.pose, surface_height_m}, true, config_.accept_found));
+      keep_better(best, align_at(frame, camera, {found.pose, surface_height_m}, AlignMode::coarse,
+                                 config_.accept_found));
     }
     return best;
   }
   const double upsample = std::clamp(orb_.px_per_metre * *scale, 0.1, 8.0);
   const OrbScene scene = extract_orb(frame, part, upsample);
   for (const OrbPose& found : find_orb(orb_, scene, camera, surface_height_m, config_.orb, kMaxCandidates)) {
-    keep_better(best, align_at(frame, camera, {found.pose, surface_height_m}, false, config_.accept_found));
+    keep_better(
+        best, align_at(frame, camera, {found.pose, surface_height_m}, AlignMode::fine, config_.accept_found));
   }
   if (best) best->source = PoseSource::orb;
   return best;

@@ -47,7 +47,7 @@ class OrbDetector {
 
  private:
   std::optional<Observation> align_at(const Frame& frame, const CameraModel& camera, const Placement& from,
-                                      bool coarse_first, double accept);
+                                      AlignMode mode, double accept);
   void keep_better(std::optional<Observation>& best, std::optional<Observation> candidate) const;
 
   std::shared_ptr<const Appearance> appearance_;
