@@ -9,6 +9,7 @@ namespace skylight {
 namespace {
 
 constexpr double kClearlyBetter = 0.05;  // score by which an audit must win
+constexpr double kBeyondDoubt = 0.85;    // score from which no other way of aligning is tried
 constexpr int kMaxCandidates = 3;
 
 // Metres per pixel of the plane at the middle of a part of the frame.
@@ -69,9 +70,12 @@ void OrbDetector::keep_better(std::optional<Observation>& best, std::optional<Ob
 std::optional<Observation> OrbDetector::detect_near(const Frame& frame, const CameraModel& camera,
                                                     const Prior& prior, double surface_height_m) {
   const Placement from{prior.pose, surface_height_m};
+  std::optional<Observation> best;
   for (const AlignMode mode : {AlignMode::fine, AlignMode::smeared, AlignMode::coarse}) {
-    if (auto observation = align_at(frame, camera, from, mode, config_.accept_tracking)) return observation;
+    keep_better(best, align_at(frame, camera, from, mode, config_.accept_tracking));
+    if (best && best->score >= kBeyondDoubt) return best;
   }
+  if (best) return best;
   const double radius = prior.radius_m + 0.6 * appearance_->size_m().norm();
   return find_in(frame, camera, part_around(camera, prior.pose.position(), radius, surface_height_m),
                  surface_height_m);
