@@ -377,7 +377,9 @@ std::optional<AlignResult> Aligner::align(const Frame& frame, const CameraModel&
       if (coarse) continue;
       return std::nullopt;
     }
-    const double reach_px = 1.5 * patch->radius_px() + 3.0 * blur + 4.0;
+    // Samples may walk by what the mode is for; beyond, they count as not seen.
+    const double walk_px = mode == AlignMode::coarse ? 0.5 * patch->radius_px() + 4.0 : 4.0;
+    const double reach_px = patch->radius_px() + walk_px + 3.0 * blur;
     const auto region =
         cut_region(frame.image, local->pixel(at.centre_m - local->centre_m), reach_px, blur, channels);
     if (!region) return std::nullopt;

@@ -14,7 +14,7 @@ struct PatchScale {
   double metres_per_px = 0.0;  ///< of the frame at the robot's place
   double blur_px = 0.0;        ///< Gaussian that the frame is smoothed with before it is compared
   int channels = 1;            ///< 1 (grey) or 3 (BGR)
-  int max_samples = 4096;      ///< bounds the work for large robots
+  int max_samples = 1200;      ///< bounds the work for large robots: more add little where noise is low
 };
 
 /// Samples on a grid over the picture; one column per quantity, so that loops over samples vectorise.
