@@ -85,8 +85,7 @@ struct FlatScene {
     std::mt19937 random(seed);
     draw_floor(image, random);
     for (const PlacedPicture& picture : pictures) draw(image, picture);
-    for (const cv::Rect& cover : covers_px)
-      cv::rectangle(image, cover, cv::Scalar(60, 40, 150), cv::FILLED);
+    for (const cv::Rect& cover : covers_px) cv::rectangle(image, cover, cv::Scalar(60, 40, 150), cv::FILLED);
     image = image * gain + cv::Scalar::all(bias);
     if (noise > 0.0) {
       std::normal_distribution<float> normal(0.0F, static_cast<float>(noise));
