@@ -4,12 +4,12 @@
 #include <cmath>
 #include <utility>
 
-#include "sim/artwork.hpp"
-#include "sim/noise.hpp"
-#include "sim/program.hpp"
-#include "sim/render.hpp"
-#include "sim/timeline.hpp"
-#include "sim/world.hpp"
+#include "sim/camera/noise.hpp"
+#include "sim/render/artwork.hpp"
+#include "sim/render/render.hpp"
+#include "sim/world/program.hpp"
+#include "sim/world/timeline.hpp"
+#include "sim/world/world.hpp"
 
 namespace skylight::sim {
 namespace {

@@ -14,7 +14,7 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "sim/scenario.hpp"
+#include "sim/scenario/scenario.hpp"
 #include "tracker/types.hpp"
 
 namespace skylight::sim {

@@ -1,7 +1,7 @@
 #include "service/sources/simulator.hpp"
 
 #include "service/resources.hpp"
-#include "sim/scenario_file.hpp"
+#include "sim/scenario/scenario_file.hpp"
 #include "sim/simulation.hpp"
 
 namespace skylight::service {

@@ -3,7 +3,7 @@
 #include <map>
 #include <sstream>
 
-#include "sim/scenario_file.hpp"
+#include "sim/scenario/scenario_file.hpp"
 #include "sim/simulation.hpp"
 
 namespace skylight::bench {
