@@ -51,7 +51,7 @@ struct Simulation::Impl {
 
 Simulation::Impl::Impl(const Scenario& scenario_in)
     : scenario((validate(scenario_in), scenario_in)),
-      world(scenario.room, scenario.robots),
+      world(scenario.room, (scenario.robots = all_robots(scenario))),
       timeline(states_of(world)),
       commands(scenario.robots.size()),
       sequences(scenario.cameras.size(), 0) {
@@ -97,6 +97,7 @@ Shot Simulation::Impl::shoot(std::size_t camera, Duration middle) {
   shot.frame.camera = camera;
   shot.frame.sequence = sequences[camera]++;
   shot.frame.captured = Time{from_seconds(scenario.start_unix_s)} + middle;
+  shot.delivered = shot.frame.captured + exposure / 2;
   const NoiseStream stream{scenario.seed, camera, shot.frame.sequence, false};
   expose(renderer.mean(), renderer.scale(), stream, shot.frame.image);
   if (spec.depth.enabled) {
@@ -109,8 +110,11 @@ Shot Simulation::Impl::shoot(std::size_t camera, Duration middle) {
     const Eigen::Rotation2Dd turn(state.pose.yaw);
     const Eigen::Vector2d at = state.pose.position() + turn * plate;
     const auto pixel = renderer.camera().project_map({at.x(), at.y(), pictures[i].surface_height_m});
-    shot.truth.push_back(
-        {scenario.robots[i].id, state.pose, state.velocity, pixel && renderer.camera().contains(*pixel)});
+    shot.truth.push_back({.id = scenario.robots[i].id,
+                          .at = shot.frame.captured,
+                          .pose = state.pose,
+                          .velocity = state.velocity,
+                          .in_view = pixel && renderer.camera().contains(*pixel)});
   }
   return shot;
 }
@@ -122,6 +126,21 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 const Scenario& Simulation::scenario() const {
   return impl_->scenario;
+}
+const std::vector<RobotSpec>& Simulation::robots() const {
+  return impl_->scenario.robots;
+}
+Time Simulation::now() const {
+  return Time{from_seconds(impl_->scenario.start_unix_s)} + impl_->timeline.end();
+}
+void Simulation::act(const Action&) {
+  throw std::invalid_argument("actions are not taken yet");
+}
+std::vector<OdometryReport> Simulation::take_odometry() {
+  return {};
+}
+std::vector<Happening> Simulation::take_happenings() {
+  return {};
 }
 
 RobotPicture Simulation::picture(std::size_t robot) const {

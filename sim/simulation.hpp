@@ -14,22 +14,45 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
+#include "sim/scenario/event.hpp"
 #include "sim/scenario/scenario.hpp"
 #include "tracker/types.hpp"
 
 namespace skylight::sim {
 
-/// Where a robot truly was at the exposure's midpoint: base_link on the floor.
+/// Where a robot truly was when this camera saw it: base_link on the floor.
 struct RobotTruth {
   std::string id;
-  Pose2 pose;
+  Time at{};   ///< the exposure's midpoint; under a rolling shutter that of the row that sees it
+  Pose2 pose;  ///< meaningless while it is not present
   Velocity2 velocity;
-  bool in_view = false;  ///< the middle of its top plate lies in the camera's picture
+  bool present = true;   ///< stands on the floor; false while it is carried away
+  bool in_view = false;  ///< present, and the middle of its top plate lies in the camera's picture
+  double visible = 0.0;  ///< share of its top plate that this camera sees, 0 to 1
+  std::vector<std::string> touches;  ///< what it touches: ids of robots, things, people; "wall"
 };
 
 struct Shot {
-  Frame frame;                    ///< frame.camera: index into the scenario's cameras
-  std::vector<RobotTruth> truth;  ///< in the order of the scenario's robots
+  Frame frame;       ///< frame.camera: index into the scenario's cameras; captured by the camera's own clock
+  Time delivered{};  ///< when the program gets it, true time
+  std::vector<RobotTruth> truth;  ///< in the order of Simulation::robots()
+};
+
+/// What a robot's own odometry says: dead reckoning from where it started, in its own frame and time.
+struct OdometryReport {
+  std::size_t robot = 0;  ///< index into Simulation::robots()
+  Time at{};              ///< by the robot's own clock
+  Pose2 pose;             ///< from (0, 0, 0) at the start
+  double v_mps = 0.0;     ///< forward
+  double side_mps = 0.0;  ///< to the left (holonomic robots)
+  double w_radps = 0.0;
+};
+
+/// An event of the scenario, or an action that was asked for, at the moment that it took place.
+struct Happening {
+  Time at{};
+  std::string name;  ///< of the event, empty where it has none
+  Action action;
 };
 
 /// The artwork on a robot as its owner has it: a file at its print resolution, not what any camera sees.
@@ -52,13 +75,27 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
 
   const Scenario& scenario() const;
+  /// Its robots with their copies, in the order of everything that is said by index.
+  const std::vector<RobotSpec>& robots() const;
 
-  /// The artwork of the robot with this index in the scenario. Throws std::out_of_range.
+  /// The artwork of a robot. Throws std::out_of_range.
   RobotPicture picture(std::size_t robot) const;
 
-  /// Runs the world to the next exposure of any camera, in the order of their midpoints, and draws it. None
-  /// once an exposure would end after the scenario's duration.
+  /// Runs the world to the next exposure of any camera, in the order of their midpoints, and draws it (frames
+  /// that are lost on the way, or not taken, are passed over). None once an exposure would end after the
+  /// scenario's duration.
   std::optional<Shot> next();
+
+  /// True time up to which the world has run.
+  Time now() const;
+
+  /// Does something to the room at the world's next step, as an event would. Throws std::invalid_argument
+  /// with key path and reason where the scenario has no such robot, camera or thing.
+  void act(const Action& action);
+
+  /// What came since the last call.
+  std::vector<OdometryReport> take_odometry();
+  std::vector<Happening> take_happenings();
 
  private:
   struct Impl;

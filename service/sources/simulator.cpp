@@ -1,6 +1,7 @@
 #include "service/sources/simulator.hpp"
 
 #include "service/resources.hpp"
+#include "sim/camera/camera_model.hpp"
 #include "sim/scenario/scenario_file.hpp"
 #include "sim/simulation.hpp"
 

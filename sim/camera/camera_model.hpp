@@ -11,9 +11,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-namespace skylight::sim {
+#include "sim/scenario/camera.hpp"
 
-enum class Lens : std::uint8_t { brown_conrady, kannala_brandt };
+namespace skylight::sim {
 
 /// Optical frame: z away, x right, y down. The centre of the top-left pixel is (0, 0).
 struct CameraParameters {
@@ -57,5 +57,9 @@ class CameraModel {
   Eigen::Isometry3d camera_from_map_;
   double range_;
 };
+
+/// The camera's own projection, and where it hangs. Columns of the rotation: image right, image down, away.
+CameraModel camera_model(const CameraSpec& camera);
+Eigen::Isometry3d map_from_camera(const CameraSpec& camera);
 
 }  // namespace skylight::sim

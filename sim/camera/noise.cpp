@@ -176,8 +176,9 @@ void measure_depth(const cv::Mat& metres, const DepthSpec& spec, const NoiseStre
   for (int y = 0; y < metres.rows; ++y) {
     row_function({metres.ptr<float>(y), depth.ptr<std::uint16_t>(y), metres.cols,
                   static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(metres.cols), keys(stream),
-                  static_cast<float>(unit * spec.noise_floor_m),
-                  static_cast<float>(unit * spec.noise_growth_per_m), static_cast<float>(farthest)});
+                  static_cast<float>(unit * spec.noise_floor_m.value_or(0.0012)),
+                  static_cast<float>(unit * spec.noise_growth.value_or(0.0019)),
+                  static_cast<float>(farthest)});
   }
 }
 

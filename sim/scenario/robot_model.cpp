@@ -87,6 +87,9 @@ const RobotModel& robot_model(RobotModelName name) {
   static const RobotModel waffle = waffle_pi();
   switch (name) {
     case RobotModelName::waffle_pi:
+    case RobotModelName::burger:
+    case RobotModelName::differential:
+    case RobotModelName::holonomic:
       break;
   }
   return waffle;

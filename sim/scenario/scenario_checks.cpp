@@ -124,7 +124,10 @@ class ProgramCheck {
   std::optional<Problem> check(const TurnStep& step, const std::string& path) const {
     return rate(step.rate_degps, path + ".rate_degps");
   }
-  std::optional<Problem> check(const StopStep&, const std::string&) const { return std::nullopt; }
+  template <class Step>
+  std::optional<Problem> check(const Step&, const std::string&) const {
+    return std::nullopt;
+  }
   std::optional<Problem> check(const DriveStep& step, const std::string& path) const {
     if (auto problem = speed(step.v_mps, path + ".v_mps")) return problem;
     return rate(step.w_degps, path + ".w_degps");

@@ -17,6 +17,14 @@ Scenario load_scenario(const std::filesystem::path& file);
 /// Picture files are relative to the working directory.
 Scenario parse_scenario(std::string_view text, const std::string& name);
 
+/// The runs that a scenario file asks for: every combination of its sweep's values with each of its seeds;
+/// one run where it asks for none. Their names tell what is varied: "dark light.level=0.2". Throws as above.
+std::vector<Scenario> load_runs(const std::filesystem::path& file);
+
+/// One action from a JSON text, as in an event without its name and time: {"do": "light", "level": 0.2}.
+/// Throws settings::Error.
+Action parse_action(std::string_view text, const std::string& name);
+
 /// The JSON Schema of scenario files, as published in sim/scenario.schema.json.
 std::string scenario_schema();
 

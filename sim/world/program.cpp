@@ -102,7 +102,7 @@ std::optional<Command> Program::follow(const RepeatStep&, double, const Pose2&) 
 std::optional<Command> Program::follow(const LineStep& step, double, const Pose2& pose) {
   const Eigen::Vector2d along(std::cos(current_->start.yaw), std::sin(current_->start.yaw));
   const Eigen::Vector2d travelled = pose.position() - current_->start.position();
-  const double remaining = step.distance_m - travelled.dot(along);
+  const double remaining = step.distance_m.value_or(0.0) - travelled.dot(along);
   if (remaining < kArrived) return std::nullopt;
   const double beside = along.x() * travelled.y() - along.y() * travelled.x();
   const double off = wrap_angle(pose.yaw - current_->start.yaw);

@@ -63,6 +63,10 @@ class Program {
   std::optional<Command> follow(const DriveStep& step, double time_s, const Pose2& pose);
   std::optional<Command> follow(const StopStep& step, double time_s, const Pose2& pose);
   std::optional<Command> follow(const RepeatStep& step, double time_s, const Pose2& pose);
+  template <class Step>
+  std::optional<Command> follow(const Step&, double, const Pose2&) {
+    return std::nullopt;
+  }
   Command limited(Command command) const;
 
   std::shared_ptr<const std::vector<ProgramStep>> steps_;  ///< shared: copies of a program point into it

@@ -3,6 +3,7 @@
 #include <map>
 #include <sstream>
 
+#include "sim/camera/camera_model.hpp"
 #include "sim/scenario/scenario_file.hpp"
 #include "sim/simulation.hpp"
 

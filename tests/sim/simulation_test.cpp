@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include "sim/camera/camera_model.hpp"
+
 namespace skylight::sim {
 namespace {
 

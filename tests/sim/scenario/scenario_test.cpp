@@ -149,7 +149,7 @@ const std::vector<Bad>& bad_scenarios() {
       {program(R"({"do": "arc", "radius_m": 0})"), {"robots[0].program[0].radius_m", "0"}},
       {program(R"({"do": "arc", "angle_deg": 0})"), {"robots[0].program[0].angle_deg"}},
       {program(R"({"do": "line", "distance_m": -1})"), {"robots[0].program[0].distance_m"}},
-      {program(R"({"do": "line", "speed_mps": 1.0})"), {"robots[0].program[0].speed_mps", "0.26"}},
+      {program(R"({"do": "line", "distance_m": 1, "speed_mps": 1.0})"), {"robots[0].program[0].speed_mps", "0.26"}},
       {program(R"({"do": "turn", "rate_degps": 300})"), {"robots[0].program[0].rate_degps", "104.3"}},
       {program(R"({"do": "jump"})"), {"robots[0].program[0].do", "jump", "waypoints"}},
       {program(R"({"distance_m": 1})"), {"robots[0].program[0]", "do"}},
@@ -218,7 +218,9 @@ TEST(ScenarioFile, AScenarioMadeInCodeIsCheckedTheSameWay) {
   scenario.cameras[0].exposure_s = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(Simulation{scenario}, std::invalid_argument);
   scenario = {};
-  scenario.robots = {{"a", RobotModelName::waffle_pi, {}, {5.0, 0.0, 0.0}, {}}};
+  scenario.robots.emplace_back();
+  scenario.robots[0].id = "a";
+  scenario.robots[0].start.x_m = 5.0;
   try {
     Simulation simulation(scenario);
     FAIL();

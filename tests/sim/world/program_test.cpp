@@ -16,8 +16,7 @@ namespace {
 /// A robot under a program, stepped like the simulator steps it: a command every 10 ms.
 struct Drive {
   Drive(const StartSpec& start, std::vector<ProgramStep> steps, const RoomSpec& room = {})
-      : world(room, {RobotSpec{"a", RobotModelName::waffle_pi, {}, start, {}}}),
-        program(std::move(steps), DriveLimits{}) {}
+      : world(room, {RobotSpec{.id = "a", .start = start}}), program(std::move(steps), DriveLimits{}) {}
   void run(double seconds) {
     for (const double until = time + seconds; time < until - 1e-9;) {
       const Command command = program.command(time, pose());
@@ -33,7 +32,7 @@ struct Drive {
 };
 
 TEST(Program, ALineEndsAfterItsDistanceInItsDirection) {
-  Drive drive({-1.0, 0.5, -40.0}, {{LineStep{2.0, 0.22}}});
+  Drive drive({-1.0, 0.5, -40.0}, {{LineStep{.distance_m = 2.0, .speed_mps = 0.22}}});
   drive.run(12.0);
   const double yaw = -40.0 * std::numbers::pi / 180.0;
   EXPECT_TRUE(drive.program.finished());
@@ -107,7 +106,9 @@ TEST(Program, WaypointsThatLieOnOneAnotherLeaveTheRobotStanding) {
 }
 
 TEST(Program, DriveAndStopLastAsLongAsTheySay) {
-  Program program({{DriveStep{0.1, 45.0, 0.5}}, {StopStep{0.25}}, {DriveStep{-0.2, 0.0, 1.0}}},
+  Program program({{DriveStep{.v_mps = 0.1, .w_degps = 45.0, .for_s = 0.5}},
+                   {StopStep{0.25}},
+                   {DriveStep{.v_mps = -0.2, .w_degps = 0.0, .for_s = 1.0}}},
                   DriveLimits{});
   const Pose2 pose;
   for (int i = 0; i < 200; ++i) {
@@ -121,7 +122,9 @@ TEST(Program, DriveAndStopLastAsLongAsTheySay) {
 
 TEST(Program, RepeatsGoThroughTheirStepsAsOftenAsTheySayAlsoWithinEachOther) {
   const RepeatStep inner{2, {{StopStep{1.0}}}};
-  Program program({{RepeatStep{3, {{RepeatStep{inner}}, {DriveStep{0.1, 0.0, 1.0}}}}}}, DriveLimits{});
+  Program program(
+      {{RepeatStep{3, {{RepeatStep{inner}}, {DriveStep{.v_mps = 0.1, .w_degps = 0.0, .for_s = 1.0}}}}}},
+      DriveLimits{});
   std::string seen;
   for (int second = 0; second < 12; ++second)
     seen += program.command(second, Pose2{}).v_mps > 0.0 ? 'd' : 's';
@@ -130,12 +133,12 @@ TEST(Program, RepeatsGoThroughTheirStepsAsOftenAsTheySayAlsoWithinEachOther) {
 }
 
 TEST(Program, AnEndlessRepeatOfStepsThatAreOverAtOnceDoesNotHang) {
-  Program program({{RepeatStep{0, {{LineStep{0.001, 0.2}}}}}}, DriveLimits{});
+  Program program({{RepeatStep{0, {{LineStep{.distance_m = 0.001, .speed_mps = 0.2}}}}}}, DriveLimits{});
   EXPECT_EQ(program.command(0.0, Pose2{}), Command{});
 }
 
 TEST(Program, CommandsAreCutToTheRobotsLimitsAlongTheSameCurve) {
-  Program program({{DriveStep{0.52, 60.0, 1.0}}}, DriveLimits{});
+  Program program({{DriveStep{.v_mps = 0.52, .w_degps = 60.0, .for_s = 1.0}}}, DriveLimits{});
   const Command command = program.command(0.0, Pose2{});
   EXPECT_NEAR(command.v_mps, 0.26, 1e-12);
   EXPECT_NEAR(command.w_radps, 0.5 * std::numbers::pi / 3.0, 1e-12);
