@@ -99,36 +99,79 @@ void describe(Fields& fields, Scenario& scenario) {
   fields.check(!problem, problem ? problem->path : "", problem ? problem->message : "");
 }
 
-Scenario load_scenario(const std::filesystem::path& file) {
-  auto scenario = settings::read<Scenario>(settings::load(file));
-  if (scenario.name.empty()) scenario.name = file.stem().string();
-  scenario.folder = file.parent_path();
+namespace {
+
+constexpr std::size_t kMostRuns = 10000;
+
+/// A scenario with one value of each of its sweeps.
+struct Variant {
+  settings::Document document;
+  Scenario scenario;
+};
+
+Scenario read_scenario(const settings::Document& document, const std::string& name) {
+  auto scenario = settings::read<Scenario>(document);
+  if (scenario.name.empty()) scenario.name = name;
   return scenario;
 }
 
-std::vector<Scenario> load_runs(const std::filesystem::path& file) {
-  const settings::Document document = settings::load(file);
-  const Scenario whole = load_scenario(file);
-  std::vector<std::pair<settings::Document, std::string>> variants{{document, whole.name}};
+std::vector<std::string> values_of(const SweepSpec& sweep) {
+  std::vector<std::string> values = sweep.names;
+  for (const double value : sweep.values) values.push_back(settings::number_text(value));
+  return values;
+}
+
+/// Every value of one sweep with every value of the others; the scenario itself where it sweeps nothing.
+std::vector<Variant> variants_of(const settings::Document& document, const std::string& name) {
+  const Scenario whole = read_scenario(document, name);
+  std::size_t runs = static_cast<std::size_t>(whole.repeats);
+  for (const SweepSpec& sweep : whole.sweep) runs *= values_of(sweep).size();
+  if (runs > kMostRuns) {
+    throw settings::Error(
+        document.sources[0].name, 0, "sweep",
+        "makes " + std::to_string(runs) + " runs, allowed up to " + std::to_string(kMostRuns));
+  }
+  std::vector<Variant> variants{{document, whole}};
   for (const SweepSpec& sweep : whole.sweep) {
-    std::vector<std::string> values = sweep.names;
-    for (const double value : sweep.values) values.push_back(settings::number_text(value));
-    std::vector<std::pair<settings::Document, std::string>> next;
-    for (const auto& [base, name] : variants) {
-      for (const std::string& value : values) {
-        next.push_back({base, name + " " + sweep.key + "=" + value});
-        settings::set(next.back().first, sweep.key, value, "sweep");
+    std::vector<Variant> next;
+    for (const Variant& base : variants) {
+      for (const std::string& value : values_of(sweep)) {
+        Variant variant = base;
+        settings::set(variant.document, sweep.key, value, "sweep");
+        variant.scenario = read_scenario(variant.document, name);
+        variant.scenario.name = base.scenario.name + " " + sweep.key + "=" + value;
+        next.push_back(std::move(variant));
       }
     }
     variants = std::move(next);
   }
+  return variants;
+}
+
+}  // namespace
+
+Scenario load_scenario(const std::filesystem::path& file) {
+  const settings::Document document = settings::load(file);
+  variants_of(document, file.stem().string());  // what is wrong in any of them is wrong in the file
+  Scenario scenario = read_scenario(document, file.stem().string());
+  scenario.folder = file.parent_path();
+  return scenario;
+}
+
+Scenario parse_scenario(std::string_view text, const std::string& name) {
+  const settings::Document document = settings::parse(text, name);
+  variants_of(document, name);
+  return read_scenario(document, name);
+}
+
+std::vector<Scenario> load_runs(const std::filesystem::path& file) {
   std::vector<Scenario> runs;
-  for (const auto& [variant, name] : variants) {
-    auto scenario = settings::read<Scenario>(variant);
-    scenario.name = name;
-    scenario.folder = file.parent_path();
-    for (int i = 0; i < whole.repeats; ++i) {
-      runs.push_back(scenario);
+  for (const Variant& variant : variants_of(settings::load(file), file.stem().string())) {
+    for (int i = 0; i < variant.scenario.repeats; ++i) {
+      runs.push_back(variant.scenario);
+      runs.back().folder = file.parent_path();
+      runs.back().sweep.clear();
+      runs.back().repeats = 1;
       runs.back().seed += static_cast<std::uint64_t>(i);
     }
   }
@@ -137,12 +180,6 @@ std::vector<Scenario> load_runs(const std::filesystem::path& file) {
 
 Action parse_action(std::string_view text, const std::string& name) {
   return settings::read<ActionSpec>(settings::parse(text, name)).action;
-}
-
-Scenario parse_scenario(std::string_view text, const std::string& name) {
-  auto scenario = settings::read<Scenario>(settings::parse(text, name));
-  if (scenario.name.empty()) scenario.name = name;
-  return scenario;
 }
 
 std::string scenario_schema() {

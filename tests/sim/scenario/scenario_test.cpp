@@ -149,7 +149,8 @@ const std::vector<Bad>& bad_scenarios() {
       {program(R"({"do": "arc", "radius_m": 0})"), {"robots[0].program[0].radius_m", "0"}},
       {program(R"({"do": "arc", "angle_deg": 0})"), {"robots[0].program[0].angle_deg"}},
       {program(R"({"do": "line", "distance_m": -1})"), {"robots[0].program[0].distance_m"}},
-      {program(R"({"do": "line", "distance_m": 1, "speed_mps": 1.0})"), {"robots[0].program[0].speed_mps", "0.26"}},
+      {program(R"({"do": "line", "distance_m": 1, "speed_mps": 1.0})"),
+       {"robots[0].program[0].speed_mps", "0.26"}},
       {program(R"({"do": "turn", "rate_degps": 300})"), {"robots[0].program[0].rate_degps", "104.3"}},
       {program(R"({"do": "jump"})"), {"robots[0].program[0].do", "jump", "waypoints"}},
       {program(R"({"distance_m": 1})"), {"robots[0].program[0]", "do"}},
@@ -163,6 +164,125 @@ const std::vector<Bad>& bad_scenarios() {
        {"robots[0].program[0].points_m[1]", "outside the room"}},
       {program(R"({"do": "repeat", "steps": [{"do": "waypoints", "points_m": [[0, 9]]}]})"),
        {"robots[0].program[0].steps[0].points_m[0]"}},
+      {R"({"duration_s": -1})", {"duration_s", "-1"}},
+      {R"({"room": {"size_m": [6, 6], "size_m": [5, 5]}})", {"room.json:1", "size_m"}},
+      {R"({"room": {"floor": {"tile_m": 0}}})", {"room.floor.tile_m", "0.02"}},
+      {R"({"room": {"floor": {"cables": -1}}})", {"room.floor.cables"}},
+      {R"({"room": {"floor": {"friction_zones": [{"min_m": [1, 1], "max_m": [0, 2]}]}}})",
+       {"room.floor.friction_zones[0].max_m", "greater than min_m"}},
+      {R"({"light": {"lamps": [{"position_m": [0, 0, 0]}]}})", {"light.lamps[0].position_m[2]", "0.5 m"}},
+      {R"({"light": {"lamps": [{"share": 0.6}, {"share": 0.6}]}})", {"light.lamps", "more than 1"}},
+      {R"({"light": {"flicker": {"depth": 2}}})", {"light.flicker.depth", "1"}},
+      {camera(R"("shutter": "rolling", "readout_s": 0.03)"), {"cameras[0].exposure_s", "with the readout"}},
+      {camera(R"("shutter": "slow")"), {"cameras[0].shutter", "rolling"}},
+      {camera(R"("depth": {"model": "sonar"})"), {"cameras[0].depth.model", "stereo"}},
+      {camera(R"("depth": {"step_mm": 0})"), {"cameras[0].depth.step_mm", "0.1"}},
+      {camera(R"("delivery": {"drop_share": 1.5})"), {"cameras[0].delivery.drop_share", "1"}},
+      {camera(R"("delivery": {"jpeg_quality": 0})"), {"cameras[0].delivery.jpeg_quality", "1 to 100"}},
+      {camera(R"("delivery": {"latency_s": -0.1})"), {"cameras[0].delivery.latency_s"}},
+      {camera(R"("auto_exposure": {"target_grey": 300})"), {"cameras[0].auto_exposure.target_grey", "254"}},
+      {camera(R"("sensor": {"gain": null})"), {"cameras[0].sensor.gain"}},
+      {R"({"robots": [{"id": "a", "tag": {"family": "99h9"}}]})", {"robots[0].tag.family", "36h11"}},
+      {R"({"robots": [{"id": "a", "tag": {"size_m": 0}}]})", {"robots[0].tag.size_m"}},
+      {R"({"robots": [{"id": "a", "picture": {"enabled": false, "file": "a.png"}}]})",
+       {"robots[0].picture.enabled"}},
+      {R"({"robots": [{"id": "a", "copies": {"count": 0}}]})", {"robots[0].copies.count", "1"}},
+      {R"({"robots": [{"id": "a", "copies": {"count": 3, "spacing_m": [0.1, 0.1]}}]})",
+       {"robots[0].copies", "a-2", "overlaps robot a"}},
+      {R"({"robots": [{"id": "a", "copies": {"count": 30}}]})", {"robots[0].copies", "outside the room"}},
+      {R"({"robots": [{"id": "a", "copies": {"count": 2}}, {"id": "a-2", "start": {"y_m": 1}}]})",
+       {"robots", "a-2", "copy"}},
+      {R"({"robots": [{"id": "a", "odometry": {"rate_hz": 0}}]})", {"robots[0].odometry.rate_hz", "1"}},
+      {program(R"({"do": "line", "distance_m": 1, "to_m": [1, 1]})"), {"robots[0].program[0]", "distance_m"}},
+      {program(R"({"do": "line", "to_m": [9, 1]})"), {"robots[0].program[0].to_m", "outside the room"}},
+      {program(R"({"do": "circle", "rounds": 0})"), {"robots[0].program[0].rounds"}},
+      {program(R"({"do": "figure_eight", "rounds": 0}, {"do": "stop"})"),
+       {"robots[0].program[1]", "never reached"}},
+      {program(R"({"do": "figure_eight", "speed_mps": 0.3})"), {"robots[0].program[0].speed_mps", "0.26"}},
+      {program(R"({"do": "wander"}, {"do": "stop"})"), {"robots[0].program[1]", "never reached"}},
+      {program(R"({"do": "wander", "changes_per_min": 0})"), {"robots[0].program[0].changes_per_min"}},
+      {program(R"({"do": "drive", "side_mps": 0.1})"), {"robots[0].program[0].side_mps", "holonomic"}},
+      {program(R"({"do": "drive", "for_s": 31536000})"), {"robots[0].program[0].for_s", "604800"}},
+      {program(R"({"do": "wait"})"), {"robots[0].program[0].event"}},
+      {program(R"({"do": "wait", "event": "go"})"), {"robots[0].program[0].event", "no event", "go"}},
+      {program(R"({"do": "run", "program": "dance"})"),
+       {"robots[0].program[0].program", "no program", "dance"}},
+      {program(R"({"do": "parallel", "steps": [{"do": "stop"}]})"), {"robots[0].program[0].steps", "2"}},
+      {program(R"({"do": "parallel", "steps": [{"do": "stop"}, {"do": "turn", "rate_degps": 200}]})"),
+       {"robots[0].program[0].steps[1].rate_degps"}},
+      {R"({"programs": {"x": [{"do": "run", "program": "x"}]}})", {"programs.x", "runs itself", "x runs x"}},
+      {R"({"programs": {"x": [{"do": "run", "program": "y"}],
+           "y": [{"do": "repeat", "steps": [{"do": "run", "program": "x"}]}]}})",
+       {"programs.x", "x runs y runs x"}},
+      {R"({"programs": {"fast": [{"do": "drive", "v_mps": 0.4}]},
+           "robots": [{"id": "a", "model": "burger", "program": [{"do": "run", "program": "fast"}]}]})",
+       {"programs.fast[0].v_mps", "0.22"}},
+      {R"({"robots": [{"id": "a", "program": [{"do": "wait", "event": "done"}]}],
+           "events": [{"name": "done", "when": {"is": "program_done", "robot": "a"}, "do": "signal"}]})",
+       {"robots[0].program[0].event", "own end"}},
+      {R"({"objects": [{}]})", {"objects[0].id"}},
+      {R"({"objects": [{"id": "box", "size_m": [1, -1, 1]}]})", {"objects[0].size_m[1]", "0.005"}},
+      {R"({"objects": [{"id": "box", "x_m": 5}]})", {"objects[0]", "outside the room"}},
+      {R"({"objects": [{"id": "box", "pushable": true, "bottom_m": 1}]})", {"objects[0].bottom_m"}},
+      {R"({"objects": [{"id": "can", "shape": "cylinder", "size_m": [0.2, 0.3, 0.2]}]})",
+       {"objects[0].size_m[1]", "cylinder"}},
+      {R"({"objects": [{"id": "box"}], "robots": [{"id": "a"}]})", {"robots[0].start", "overlaps thing box"}},
+      {R"({"objects": [{"id": "p", "pushable": true}, {"id": "q", "pushable": true, "x_m": 0.1}]})",
+       {"objects[1]", "overlaps thing p"}},
+      {R"({"objects": [{"id": "a", "x_m": 1}], "robots": [{"id": "a"}]})", {"objects[0].id", "taken"}},
+      {R"({"people": [{"id": "p", "path_m": [[0, 0]]}]})", {"people[0].path_m", "2"}},
+      {R"({"people": [{"id": "p", "path_m": [[0, 0], [1, 0]], "speed_mps": 0}]})",
+       {"people[0].speed_mps", "0.05"}},
+      {R"({"events": [{"do": "signal"}]})", {"events[0]", "at_s", "when"}},
+      {R"({"events": [{"at_s": 1, "when": {"is": "after", "event": "x"}, "do": "signal"}]})",
+       {"events[0]", "at_s"}},
+      {R"({"events": [{"at_s": 1}]})", {"events[0]", "do"}},
+      {R"({"events": [{"at_s": 1, "do": "explode"}]})", {"events[0].do", "explode", "kidnap"}},
+      {R"({"events": [{"at_s": 1, "do": "light"}]})", {"events[0].level"}},
+      {R"({"events": [{"at_s": 1, "do": "light", "level": 9}]})", {"events[0].level", "4"}},
+      {R"({"duration_s": 5, "events": [{"at_s": 6, "do": "signal"}]})",
+       {"events[0].at_s", "never reached", "5 s"}},
+      {R"({"events": [{"at_s": 1, "do": "bump", "camera": "wall"}]})", {"events[0].camera", "no camera"}},
+      {R"({"events": [{"at_s": 1, "do": "bump", "camera": "ceiling", "by_mm": [0, 0, -4500]}]})",
+       {"events[0].by_mm[2]", "below the floor"}},
+      {R"({"events": [{"at_s": 1, "do": "kidnap", "robot": "z", "to": {}}]})",
+       {"events[0].robot", "no robot", "z"}},
+      {R"({"robots": [{"id": "a"}], "events": [{"at_s": 1, "do": "kidnap", "robot": "a", "to": {"x_m": 3}}]})",
+       {"events[0].to", "outside the room"}},
+      {R"({"robots": [{"id": "a"}], "events": [{"at_s": 1, "do": "cover", "robot": "a"}]})",
+       {"events[0].tag_only", "no tag"}},
+      {R"({"robots": [{"id": "a"}], "events": [{"at_s": 1, "do": "drive", "robot": "a", "v_mps": 2}]})",
+       {"events[0].v_mps", "0.26"}},
+      {R"({"robots": [{"id": "a"}], "events": [{"at_s": 1, "do": "drive", "robot": "a", "side_mps": 0.1}]})",
+       {"events[0].side_mps", "holonomic"}},
+      {R"({"events": [{"at_s": 1, "do": "remove", "object": "box"}]})", {"events[0].object", "box"}},
+      {R"({"events": [{"at_s": 1, "do": "put", "object": {"id": "box", "x_m": 9}}]})",
+       {"events[0].object", "outside the room"}},
+      {R"({"events": [{"when": {"is": "after", "event": "x"}, "do": "signal"}]})",
+       {"events[0].when.event", "no event"}},
+      {R"({"events": [{"name": "x", "when": {"is": "after", "event": "y"}, "do": "signal"},
+                      {"name": "y", "when": {"is": "after", "event": "x"}, "do": "signal"}]})",
+       {"events[0].when.event", "x after y after x"}},
+      {R"({"events": [{"name": "x", "at_s": 1, "do": "signal"}, {"name": "x", "at_s": 2, "do": "signal"}]})",
+       {"events[1].name", "taken"}},
+      {R"({"robots": [{"id": "a"}],
+           "events": [{"when": {"is": "robots_near", "robot": "a", "other": "a"}, "do": "signal"}]})",
+       {"events[0].when.other", "another robot"}},
+      {R"({"robots": [{"id": "a"}],
+           "events": [{"when": {"is": "robot_at", "robot": "a", "place_m": [7, 0]}, "do": "signal"}]})",
+       {"events[0].when.place_m", "outside the room"}},
+      {R"({"expect": [{"figure": "mean_error_m"}]})", {"expect[0]", "at_most"}},
+      {R"({"expect": [{"figure": "luck", "at_most": 1}]})", {"expect[0].figure", "luck", "usable"}},
+      {R"({"expect": [{"figure": "usable", "robot": "z", "at_least": 1}]})", {"expect[0].robot", "no robot"}},
+      {R"({"expect": [{"figure": "idf1", "robot": "z", "at_least": 1}]})", {"expect[0].robot", "together"}},
+      {R"({"expect": [{"figure": "usable", "at_least": 1, "at_most": 0}]})", {"expect[0].at_least"}},
+      {R"({"expect": [{"figure": "usable", "at_least": 1, "kind": "guessed"}]})", {"expect[0].kind"}},
+      {R"({"repeats": 0})", {"repeats", "1"}},
+      {R"({"sweep": [{"key": "light.level"}]})", {"sweep[0]", "values"}},
+      {R"({"sweep": [{"key": "light.levle", "values": [1]}]})", {"light.levle"}},
+      {R"({"sweep": [{"key": "light.level", "values": [1, 7]}]})", {"light.level", "7"}},
+      {R"({"repeats": 1000, "sweep": [{"key": "light.level", "values": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.1]}]})",
+       {"sweep", "11000", "10000"}},
   };
   return all;
 }
@@ -174,6 +294,43 @@ TEST(ScenarioFile, WhatIsWrongIsNamedWithItsPlaceAndWhatIsAllowed) {
     EXPECT_EQ(said.find('\n'), std::string::npos) << said;
     for (const std::string& part : bad.says) EXPECT_THAT(said, HasSubstr(part)) << bad.text;
   }
+}
+
+TEST(ScenarioFile, AFileMayAskForManyRuns) {
+  const auto file = std::filesystem::path(::testing::TempDir()) / "skylight_runs.json";
+  std::ofstream(file) << R"({"seed": 5, "repeats": 2, "robots": [{"id": "a"}],
+    "sweep": [{"key": "light.level", "values": [0.5, 1]}, {"key": "room.floor.material", "names": ["wood", "tiles"]}]})";
+  const std::vector<Scenario> runs = load_runs(file);
+  std::filesystem::remove(file);
+  ASSERT_EQ(runs.size(), 8U);
+  EXPECT_EQ(runs[0].name, "skylight_runs light.level=0.5 room.floor.material=wood");
+  EXPECT_EQ(runs[0].seed, 5U);
+  EXPECT_EQ(runs[1].seed, 6U);
+  EXPECT_EQ(runs[1].name, runs[0].name);
+  EXPECT_EQ(runs[7].light.level, 1.0);
+  EXPECT_EQ(runs[7].room.floor.material, FloorMaterial::tiles);
+  EXPECT_EQ(runs[2].room.floor.material, FloorMaterial::tiles);
+  EXPECT_EQ(runs[2].light.level, 0.5);
+  for (const Scenario& run : runs) EXPECT_NO_THROW(validate(run));
+}
+
+TEST(ScenarioFile, CopiesStandInRowsAndAreNamedAfterTheFirst) {
+  const Scenario scenario = parse_scenario(
+      R"({"robots": [{"id": "a", "start": {"x_m": -1, "y_m": -1}, "copies": {"count": 5, "per_row": 3, "spacing_m": [0.5, 0.6]}}]})",
+      "copies");
+  const std::vector<RobotSpec> robots = all_robots(scenario);
+  ASSERT_EQ(robots.size(), 5U);
+  EXPECT_EQ(robots[4].id, "a-5");
+  EXPECT_NEAR(robots[4].start.x_m, -0.5, 1e-12);
+  EXPECT_NEAR(robots[4].start.y_m, -0.4, 1e-12);
+}
+
+TEST(ScenarioFile, AnActionReadsLikeAnEventWithoutItsTime) {
+  const Action action = parse_action(R"({"do": "kidnap", "robot": "a", "to": {"x_m": 1}})", "request");
+  ASSERT_TRUE(std::holds_alternative<KidnapAction>(action));
+  EXPECT_EQ(std::get<KidnapAction>(action).to.x_m, 1.0);
+  EXPECT_THROW(parse_action(R"({"do": "kidnap", "robot": "a"})", "request"), settings::Error);
+  EXPECT_THROW(parse_action(R"({"do": "light", "level": 1, "at_s": 3})", "request"), settings::Error);
 }
 
 TEST(ScenarioFile, AFileThatIsMissingOrNoPictureIsNamed) {
