@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "sim/camera/depth.hpp"
 #include "sim/camera/noise.hpp"
 #include "sim/render/artwork.hpp"
 #include "sim/render/render.hpp"
@@ -99,10 +100,10 @@ Shot Simulation::Impl::shoot(std::size_t camera, Duration middle) {
   shot.frame.captured = Time{from_seconds(scenario.start_unix_s)} + middle;
   shot.delivered = shot.frame.captured + exposure / 2;
   const NoiseStream stream{scenario.seed, camera, shot.frame.sequence, false};
-  expose(renderer.mean(), renderer.scale(), stream, shot.frame.image);
+  expose({renderer.mean(), {}}, spec.sensor, stream, shot.frame.image);
   if (spec.depth.enabled) {
     const NoiseStream depth_stream{scenario.seed, camera, shot.frame.sequence, true};
-    measure_depth(renderer.metres(), spec.depth, depth_stream, shot.frame.depth);
+    measure_depth(renderer.metres(), spec, depth_stream, shot.frame.depth);
   }
   for (std::size_t i = 0; i < scenario.robots.size(); ++i) {
     const BodyState state = timeline.at(i, middle);

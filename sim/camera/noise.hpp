@@ -3,11 +3,12 @@
 // matter.
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <span>
 
 #include <opencv2/core/mat.hpp>
 
+#include "sim/camera/noise_rows.hpp"
 #include "sim/scenario/scenario.hpp"
 
 namespace skylight::sim {
@@ -20,29 +21,34 @@ struct NoiseStream {
   bool depth = false;
 };
 
+/// Steele, Lea and Flood, "Fast splittable pseudorandom number generators" (OOPSLA 2014): the mixing step.
+std::uint64_t mix(std::uint64_t x);
+NoiseKeys noise_keys(const NoiseStream& stream);
+
 /// Grey levels in 1/128 (CV_16UC3), as the renderer accumulates them.
 inline constexpr int kGreyOne = 128;
 
-/// What the noise adds at each grey level.
-class SensorNoise {
- public:
-  explicit SensorNoise(const SensorSpec& sensor);
-
-  /// Standard deviation in the noise functions' own fixed point, for a mean in 1/128 grey.
-  std::uint16_t scale(std::uint16_t mean) const { return table_[mean / (kGreyOne / 2)]; }
-  /// Standard deviation in grey levels at a mean of so many grey levels, before quantisation.
-  double sigma(double mean) const;
-
- private:
-  SensorSpec sensor_;
-  std::array<std::uint16_t, 1024> table_{};  ///< per half grey level
+/// What one row of the picture is exposed with.
+struct RowLight {
+  float light = 1.0F;  ///< factor on the photons: the light's level, its flicker, a shorter exposure
+  float gain = 1.0F;   ///< factor on signal and noise together: the amplifier behind the sensor
 };
 
-/// image (CV_8UC3) = mean + noise, rounded and clipped to 0 to 255. `mean` is CV_16UC3 in 1/128 grey, `scale`
-/// of the same size holds SensorNoise::scale() of each.
-void expose(const cv::Mat& mean, const cv::Mat& scale, const NoiseStream& stream, cv::Mat& image);
+/// The light that falls on a sensor while it is exposed.
+struct SensorLight {
+  const cv::Mat& mean;             ///< CV_16UC3, 1/128 grey at a row light of 1 and 1
+  std::span<const RowLight> rows;  ///< one for each row of `mean`, or none: 1 and 1 throughout
+};
 
-/// depth (CV_16UC1, mm) = metres (CV_32FC1; 0 = nothing there) + noise, rounded; 0 beyond the range.
-void measure_depth(const cv::Mat& metres, const DepthSpec& spec, const NoiseStream& stream, cv::Mat& depth);
+/// Standard deviation in grey levels at a mean of so many grey levels, before quantisation (SensorSpec).
+double noise_sigma(const SensorSpec& sensor, double mean_grey);
+
+/// image (CV_8UC3) = gain (mean light + noise), rounded and clipped to 0 to 255 (full well), with noise of
+/// noise_sigma(mean light).
+void expose(const SensorLight& light, const SensorSpec& sensor, const NoiseStream& stream, cv::Mat& image);
+
+/// The same for a part of the rows of an image that has its size already.
+void expose_rows(const SensorLight& light, const SensorSpec& sensor, const NoiseStream& stream,
+                 const cv::Range& rows, cv::Mat& image);
 
 }  // namespace skylight::sim

@@ -109,15 +109,13 @@ struct Renderer::Seen {
 Renderer::Renderer(const Scenario& scenario, const CameraSpec& camera, const FloorTexture& floor)
     : camera_(camera_model(camera)),
       light_(scenario.light, scenario.room, camera),
-      noise_(camera.sensor),
       rays_(camera_),
-      standing_(draw_standing({scenario.room, floor, light_}, camera_, rays_, noise_)),
+      standing_(draw_standing({scenario.room, floor, light_}, camera_, rays_)),
       contact_shadow_(scenario.light.contact_shadow),
       sample_angle_(0.25 / std::max(camera.fx_px, camera.fy_px)),
       eye_(camera_.map_from_camera().translation()),
       axis_(camera_.map_from_camera().linear().col(2)),
-      mean_(standing_.mean.clone()),
-      scale_(standing_.scale.clone()) {
+      mean_(standing_.mean.clone()) {
   if (camera.depth.enabled) metres_ = standing_.metres.clone();
 }
 
@@ -135,7 +133,6 @@ void Renderer::draw(const std::vector<RobotLook>& robots, const PoseDuring& pose
 void Renderer::restore() {
   for (const cv::Rect& region : drawn_) {
     standing_.mean(region).copyTo(mean_(region));
-    standing_.scale(region).copyTo(scale_(region));
     if (!metres_.empty()) standing_.metres(region).copyTo(metres_(region));
   }
   drawn_.clear();
@@ -237,7 +234,7 @@ void Renderer::draw_pixel(const std::vector<const Placed*>& robots, std::vector<
   }
   sum *= light_.vignette(at.x, at.y);
   if (misses > 0) sum += static_cast<float>(misses) * behind(robots, pixel.centre, at);
-  put_pixel(mean_, scale_, noise_, at, sum / static_cast<float>(kSamples));
+  put_pixel(mean_, at, sum / static_cast<float>(kSamples));
   if (metres_.empty() || candidates.empty()) return;
   const Seen seen = trace(candidates, kMidpoint, pixel.centre, limit);
   if (seen.robot != nullptr)

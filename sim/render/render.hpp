@@ -44,8 +44,7 @@ class Renderer {
   /// Draws the robots; the results are valid until the next call.
   void draw(const std::vector<RobotLook>& robots, const PoseDuring& pose);
 
-  const cv::Mat& mean() const { return mean_; }    ///< CV_16UC3, 1/128 grey
-  const cv::Mat& scale() const { return scale_; }  ///< CV_16UC3, SensorNoise::scale() of the mean
+  const cv::Mat& mean() const { return mean_; }  ///< CV_16UC3, 1/128 grey
   const cv::Mat& metres() const {
     return metres_;
   }  ///< CV_32FC1, z-depth; 0 = nothing there; empty without depth
@@ -74,14 +73,13 @@ class Renderer {
 
   CameraModel camera_;
   Light light_;
-  SensorNoise noise_;
   RayField rays_;
   StandingPicture standing_;
   double contact_shadow_;
   double sample_angle_;   ///< between neighbouring samples in the picture's middle, radians
   Eigen::Vector3d eye_;   ///< the camera in `map`
   Eigen::Vector3d axis_;  ///< its optical axis in `map`
-  cv::Mat mean_, scale_, metres_;
+  cv::Mat mean_, metres_;
   std::vector<cv::Rect> drawn_;  ///< regions that differ from the standing picture
 };
 

@@ -106,21 +106,15 @@ class Painter {
 
 }  // namespace
 
-void put_pixel(cv::Mat& mean, cv::Mat& scale, const SensorNoise& noise, const cv::Point& pixel,
-               const Bgr& grey) {
+void put_pixel(cv::Mat& mean, const cv::Point& pixel, const Bgr& grey) {
   auto& m = mean.at<cv::Vec3w>(pixel);
-  auto& s = scale.at<cv::Vec3w>(pixel);
-  for (int c = 0; c < 3; ++c) {
+  for (int c = 0; c < 3; ++c)
     m[c] = static_cast<std::uint16_t>(std::clamp(grey[c] * kGreyOne + 0.5F, 0.0F, 65535.0F));
-    s[c] = noise.scale(m[c]);
-  }
 }
 
-StandingPicture draw_standing(const StandingScene& scene, const CameraModel& camera, const RayField& rays,
-                              const SensorNoise& noise) {
+StandingPicture draw_standing(const StandingScene& scene, const CameraModel& camera, const RayField& rays) {
   const cv::Size size(camera.parameters().width_px, camera.parameters().height_px);
-  StandingPicture picture{cv::Mat(size, CV_16UC3), cv::Mat(size, CV_16UC3), cv::Mat(size, CV_32FC1),
-                          cv::Mat(size, CV_8UC1)};
+  StandingPicture picture{cv::Mat(size, CV_16UC3), cv::Mat(size, CV_32FC1), cv::Mat(size, CV_8UC1)};
   const Eigen::Vector3d eye = camera.map_from_camera().translation();
   const Eigen::Vector3d axis = camera.map_from_camera().linear().col(2);
   const Painter painter(scene, eye);
@@ -138,7 +132,7 @@ StandingPicture draw_standing(const StandingScene& scene, const CameraModel& cam
         color /= static_cast<float>(kSamples);
       }
     }
-    put_pixel(picture.mean, picture.scale, noise, {x, y}, color * scene.light.vignette(x, y));
+    put_pixel(picture.mean, {x, y}, color * scene.light.vignette(x, y));
     const double depth = std::isfinite(middle.distance) ? middle.distance * pixel.centre.dot(axis) : 0.0;
     picture.metres.at<float>(y, x) = static_cast<float>(std::max(0.0, depth));
     picture.floor.at<std::uint8_t>(y, x) = middle.is_floor ? 1 : 0;

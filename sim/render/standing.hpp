@@ -12,14 +12,12 @@ namespace skylight::sim {
 
 struct StandingPicture {
   cv::Mat mean;    ///< CV_16UC3, 1/128 grey
-  cv::Mat scale;   ///< CV_16UC3, SensorNoise::scale() of the mean
   cv::Mat metres;  ///< CV_32FC1, z-depth at the pixel centres; 0: nothing there
   cv::Mat floor;   ///< CV_8UC1, 1 where the pixel centre sees the floor within the walls
 };
 
 /// What a pixel is written with: grey levels to the fixed point of the noise functions.
-void put_pixel(cv::Mat& mean, cv::Mat& scale, const SensorNoise& noise, const cv::Point& pixel,
-               const Bgr& grey);
+void put_pixel(cv::Mat& mean, const cv::Point& pixel, const Bgr& grey);
 
 struct StandingScene {
   const RoomSpec& room;
@@ -27,7 +25,6 @@ struct StandingScene {
   const Light& light;
 };
 
-StandingPicture draw_standing(const StandingScene& scene, const CameraModel& camera, const RayField& rays,
-                              const SensorNoise& noise);
+StandingPicture draw_standing(const StandingScene& scene, const CameraModel& camera, const RayField& rays);
 
 }  // namespace skylight::sim
