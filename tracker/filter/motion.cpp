@@ -1,0 +1,465 @@
+#include "tracker/filter/motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <Eigen/Cholesky>
+
+namespace skylight {
+
+using motion::Gaussian6;
+using motion::kModels;
+using motion::LinearMeasurement;
+using motion::Mixture;
+
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+/// No detector is finer than this: 0.01 mm and 0.0006 degrees.
+constexpr double kFinest = 1e-5;
+/// A gap is one from here on; a single frame that is missing at 30 Hz is none.
+constexpr double kGapAfter = 0.09;  // s
+/// Odometry: an error of scale (wheel radius, track width, floor) that stays, and readings that err together.
+constexpr double kScaleError = 0.03;
+constexpr double kOdometryMemory = 0.25;  // s
+constexpr double kUsualSpeed = 0.3;       // m/s, one sigma, of what is seen first
+constexpr double kUsualYawRate = 0.6;     // rad/s
+
+bool usable(const Observation& o) {
+  return std::isfinite(o.pose.x) && std::isfinite(o.pose.y) && std::isfinite(o.pose.yaw) &&
+         std::abs(o.pose.x) < 1e6 && std::abs(o.pose.y) < 1e6 && o.covariance.allFinite() &&
+         o.covariance.diagonal().minCoeff() > 0.0 && o.covariance.diagonal().maxCoeff() < 1e6 &&
+         Eigen::LLT<Covariance3>(0.5 * (o.covariance + o.covariance.transpose())).info() == Eigen::Success;
+}
+
+bool usable(const BodyVelocity& v) {
+  return std::isfinite(v.forward) && std::isfinite(v.sideways) && std::isfinite(v.yaw_rate) &&
+         v.covariance.allFinite() && v.covariance.diagonal().minCoeff() > 0.0 &&
+         v.covariance.diagonal().maxCoeff() < 1e6 &&
+         Eigen::LLT<Covariance3>(0.5 * (v.covariance + v.covariance.transpose())).info() == Eigen::Success;
+}
+
+LinearMeasurement pose_measurement(const Observation& o) {
+  LinearMeasurement out;
+  out.first = motion::kX;
+  out.value = {o.pose.x, o.pose.y, wrap_angle(o.pose.yaw)};
+  out.noise = 0.5 * (o.covariance + o.covariance.transpose());
+  out.noise.diagonal().array() += kFinest * kFinest;
+  out.yaw_period = kTwoPi / std::max(1, o.heading_turns);
+  return out;
+}
+
+LinearMeasurement velocity_measurement(const BodyVelocity& v, double since_last) {
+  LinearMeasurement out;
+  out.first = motion::kU;
+  out.value = {v.forward, v.sideways, v.yaw_rate};
+  out.noise = 0.5 * (v.covariance + v.covariance.transpose());
+  const double speed = std::hypot(v.forward, v.sideways);
+  const double scale = kScaleError * kScaleError;
+  out.noise.diagonal() +=
+      Eigen::Vector3d(scale * speed * speed, scale * speed * speed, scale * v.yaw_rate * v.yaw_rate + 1e-6);
+  out.noise *= std::max(1.0, kOdometryMemory / std::max(since_last, 1e-3));
+  return out;
+}
+
+/// The robot is called turned by `angle`: its velocity in `map` stays.
+void turn(Mixture& mixture, double angle) {
+  motion::Matrix6 t = motion::Matrix6::Identity();
+  t(motion::kU, motion::kU) = t(motion::kS, motion::kS) = std::cos(angle);
+  t(motion::kU, motion::kS) = std::sin(angle);
+  t(motion::kS, motion::kU) = -std::sin(angle);
+  for (Gaussian6& part : mixture.part) {
+    part.mean = t * part.mean;
+    part.mean[motion::kYaw] += angle;
+    part.cov = (t * part.cov * t.transpose()).eval();
+  }
+}
+
+double largest_sigma(const Gaussian6& g) {
+  const double a = g.cov(0, 0);
+  const double b = g.cov(1, 1);
+  const double c = g.cov(0, 1);
+  return std::sqrt(0.5 * (a + b) + std::hypot(0.5 * (a - b), c));
+}
+
+}  // namespace
+
+MotionFilter::MotionFilter(const MotionFilterConfig& config) : config_(config) {
+  if (const std::string wrong = check(config); !wrong.empty()) throw std::invalid_argument(wrong);
+  bank_ = motion::model_bank(config);
+}
+
+void MotionFilter::reset() {
+  records_.clear();
+}
+
+// ---- Events --------------------------------------------------------------------------------------------
+
+FilterStep MotionFilter::update(Time captured, const std::optional<Observation>& observation) {
+  Event event{.at = captured, .observation = {}, .velocity = {}};
+  if (observation && usable(*observation)) {
+    event.observation = observation;
+    event.observation->captured = captured;
+  }
+  const auto place = take(std::move(event));
+  return step(place && records_[*place]->after.accepted);
+}
+
+bool MotionFilter::odometry(const BodyVelocity& velocity) {
+  if (!usable(velocity)) return false;
+  const auto place = take({.at = velocity.at, .observation = {}, .velocity = velocity});
+  return place && records_[*place]->after.accepted;
+}
+
+std::optional<std::size_t> MotionFilter::take(Event event) {
+  if (!records_.empty() && event.at < records_.back()->event.at - from_seconds(config_.lag_s))
+    return std::nullopt;
+  auto after = std::upper_bound(records_.begin(), records_.end(), event.at,
+                                [](Time at, const auto& record) { return at < record->event.at; });
+  // Frames of one instant: an empty one says nothing beside another.
+  if (!event.velocity) {
+    for (auto it = after; it != records_.begin() && (*std::prev(it))->event.at == event.at; --it) {
+      const Event& other = (*std::prev(it))->event;
+      if (other.velocity) continue;
+      if (!event.observation) return std::nullopt;
+      if (other.observation) continue;
+      after = records_.erase(std::prev(it));
+      break;
+    }
+  }
+  const auto place = static_cast<std::size_t>(after - records_.begin());
+  records_.insert(after, nullptr);
+  for (std::size_t i = place; i < records_.size(); ++i) {
+    auto record = std::make_shared<Record>();
+    record->event = i == place ? std::move(event) : records_[i]->event;
+    record->after = run(record->event, i);
+    records_[i] = std::move(record);
+  }
+  const std::size_t from_the_end = records_.size() - place;
+  forget_old();
+  if (from_the_end > records_.size()) return std::nullopt;
+  return records_.size() - from_the_end;
+}
+
+/// Kept: what a late event may need before it, and the snapshot before that.
+void MotionFilter::forget_old() {
+  const Time oldest =
+      records_.back()->event.at - from_seconds(config_.lag_s + config_.entry_s + 2.0 * kGapAfter);
+  auto keep = std::upper_bound(records_.begin(), records_.end(), oldest,
+                               [](Time at, const auto& record) { return at < record->event.at; });
+  if (keep != records_.begin()) --keep;
+  records_.erase(records_.begin(), keep);
+}
+
+MotionFilter::Track MotionFilter::run(const Event& event, std::size_t before) const {
+  Track track;
+  if (before > 0) {
+    const Record& last = *records_[before - 1];
+    track = last.after;
+    track.accepted = track.restarted = track.took_gap = false;
+    track.turned = 0.0;
+    carry(track, last.event.at, event.at);
+  }
+  if (event.velocity) {
+    take_velocity(track, *event.velocity);
+  } else if (event.observation) {
+    see(track, *event.observation);
+    if (!track.accepted) miss(track, event.at, before);
+  } else {
+    miss(track, event.at, before);
+  }
+  return track;
+}
+
+void MotionFilter::carry(Track& track, Time from, Time to) const {
+  if (track.phase != Phase::calibrating && track.phase != Phase::running) return;
+  const double dt = to_seconds(to - from);
+  track.main = motion::predict(bank_, track.main, dt);
+  if (track.gap) track.gap = std::make_shared<const Mixture>(motion::predict(bank_, *track.gap, dt));
+}
+
+// ---- Observations --------------------------------------------------------------------------------------
+
+void MotionFilter::see(Track& track, const Observation& observation) const {
+  if (track.phase == Phase::searching || track.phase == Phase::lost) {
+    begin(track, observation);
+  } else {
+    see_tracked(track, observation);
+  }
+}
+
+void MotionFilter::begin(Track& track, const Observation& observation) const {
+  const LinearMeasurement seen = pose_measurement(observation);
+  Gaussian6 start;
+  start.mean << seen.value, 0.0, 0.0, 0.0;
+  start.cov.setZero();
+  start.cov.topLeftCorner<3, 3>() = seen.noise;
+  const double speed = std::min(kUsualSpeed, config_.max_speed_mps);
+  const double turning = std::min(kUsualYawRate, config_.max_yaw_rate);
+  start.cov.diagonal().tail<3>() << speed * speed, 1e-4, turning * turning;
+  if (config_.holonomic) start.cov(motion::kS, motion::kS) = speed * speed;
+  track.main.part.fill(start);
+  Gaussian6 fast = start;
+  const double half = 0.5 * config_.max_speed_mps;
+  fast.cov.diagonal().tail<3>() << half * half, config_.holonomic ? half * half : 1e-4,
+      0.25 * config_.max_yaw_rate * config_.max_yaw_rate;
+  track.main.part[motion::kManoeuvring] = fast;
+  fast.cov(motion::kS, motion::kS) = half * half;
+  track.main.part[motion::kSideways] = fast;
+  track.main.weight = {0.25, 0.3, 0.3, 0.12, 0.03};
+  track.gap.reset();
+  track.phase = config_.calibration_observations > 1 ? Phase::calibrating : Phase::running;
+  track.last_accepted = observation.captured;
+  track.accepted_count = 1;
+  track.turns = std::max(1, observation.heading_turns);
+  track.accepted = track.restarted = true;
+  track.candidate = {};
+}
+
+void MotionFilter::see_tracked(Track& track, const Observation& observation) const {
+  LinearMeasurement seen = pose_measurement(observation);
+  const int turns = std::max(1, observation.heading_turns);
+  if (turns < track.turns) {
+    // Now it is known better which way is forward: turned to the nearest of the headings that looked alike.
+    const double yaw = motion::collapse(track.main).mean[motion::kYaw];
+    const double off = std::remainder(seen.value[2] - yaw, seen.yaw_period);
+    const double one = kTwoPi / track.turns;
+    track.turned = std::round(off / one) * one;
+    if (track.turned != 0.0) {
+      turn(track.main, track.turned);
+      if (track.gap) {
+        Mixture turned = *track.gap;
+        turn(turned, track.turned);
+        track.gap = std::make_shared<const Mixture>(turned);
+      }
+    }
+  }
+  const Mixture* best = &track.main;
+  motion::Innovation innovation = motion::innovation(track.main, seen);
+  if (track.gap) {
+    const motion::Innovation other = motion::innovation(*track.gap, seen);
+    if (other.log_density > innovation.log_density) {
+      best = track.gap.get();
+      innovation = other;
+    }
+  }
+  Mixture corrected = *best;
+  if (!(innovation.distance2 <= config_.gate) || !motion::correct(corrected, seen)) {
+    if (track.turned != 0.0) {
+      turn(track.main, -track.turned);
+      track.gap.reset();
+      track.turned = 0.0;
+    }
+    refuse(track, observation);
+    return;
+  }
+  track.took_gap = best != &track.main;
+  track.main = corrected;
+  track.gap.reset();
+  track.turns = std::min(track.turns, turns);
+  track.accepted = true;
+  track.last_accepted = observation.captured;
+  track.candidate = {};
+  ++track.accepted_count;
+  if (track.accepted_count >= config_.calibration_observations) track.phase = Phase::running;
+}
+
+void MotionFilter::refuse(Track& track, const Observation& observation) const {
+  Candidate& candidate = track.candidate;
+  bool agrees = candidate.count > 0;
+  if (agrees) {
+    const double dt = std::abs(to_seconds(observation.captured - candidate.last.captured));
+    const Covariance3 noise = observation.covariance + candidate.last.covariance;
+    const double reach = config_.max_speed_mps * dt + 4.0 * std::sqrt(noise(0, 0) + noise(1, 1));
+    agrees = (observation.pose.position() - candidate.last.pose.position()).norm() <= reach;
+  }
+  candidate.count = agrees ? candidate.count + 1 : 1;
+  candidate.last = observation;
+  const bool calibrating = track.phase == Phase::calibrating;
+  if (candidate.count < (calibrating ? 2 : config_.reacquire_observations)) return;
+  const int count = candidate.count;
+  begin(track, observation);
+  if (calibrating) return;
+  track.accepted_count = count;
+  if (count >= config_.calibration_observations) track.phase = Phase::running;
+}
+
+// ---- Gaps ----------------------------------------------------------------------------------------------
+
+void MotionFilter::miss(Track& track, Time at, std::size_t before) const {
+  if (track.phase != Phase::calibrating && track.phase != Phase::running) return;
+  const double gap = to_seconds(at - track.last_accepted);
+  if (!track.gap && gap >= kGapAfter && track.phase == Phase::running)
+    track.gap = judged_again(track.last_accepted, at, before);
+  const Gaussian6 now = motion::collapse(track.gap ? *track.gap : track.main);
+  if (gap <= config_.max_gap_s && largest_sigma(now) <= config_.max_sigma_m) return;
+  track.phase = track.phase == Phase::running ? Phase::lost : Phase::searching;
+  track.gap.reset();
+  track.candidate = {};
+}
+
+/// The mixture at `at` if the last entry_s before the last accepted observation were of a robot that was
+/// being covered; none where the detector is so coarse that this makes no difference, or the track too young.
+std::shared_ptr<const Mixture> MotionFilter::judged_again(Time last_accepted, Time at,
+                                                          std::size_t before) const {
+  if (config_.entry_bias_m <= 0.0 || config_.entry_s <= 0.0) return nullptr;
+  const Time entry = last_accepted - from_seconds(config_.entry_s);
+  std::size_t first = before;
+  std::size_t seen = 0;
+  while (first > 0 && records_[first - 1]->event.at > entry) {
+    --first;
+    const Record& record = *records_[first];
+    if (record.after.restarted) return nullptr;
+    if (record.event.observation && record.after.accepted) {
+      ++seen;
+      if (record.event.observation->covariance(0, 0) > config_.entry_bias_m * config_.entry_bias_m)
+        return nullptr;
+    }
+  }
+  if (first == 0 || seen == 0) return nullptr;
+  const Record* last = records_[first - 1].get();
+  if (last->after.phase != Phase::running) return nullptr;
+  Mixture mixture = last->after.main;
+  for (std::size_t i = first; i < before; ++i) {
+    const Record& record = *records_[i];
+    mixture = motion::predict(bank_, mixture, to_seconds(record.event.at - last->event.at));
+    last = &record;
+    if (!record.after.accepted) continue;
+    if (record.event.velocity) {
+      motion::correct(mixture, velocity_measurement(*record.event.velocity, kOdometryMemory));
+      continue;
+    }
+    LinearMeasurement measured = pose_measurement(*record.event.observation);
+    const double ramp = to_seconds(record.event.at - entry) / config_.entry_s;
+    const double bias = ramp * config_.entry_bias_m;
+    // Errors that stay together do not average: each weighs as one of `seen`.
+    measured.noise.topLeftCorner<2, 2>().diagonal().array() += bias * bias * static_cast<double>(seen);
+    measured.noise(2, 2) += 9.0 * bias * bias * static_cast<double>(seen);
+    motion::correct(mixture, measured);
+  }
+  return std::make_shared<const Mixture>(motion::predict(bank_, mixture, to_seconds(at - last->event.at)));
+}
+
+void MotionFilter::take_velocity(Track& track, const BodyVelocity& velocity) const {
+  if (track.phase != Phase::calibrating && track.phase != Phase::running) return;
+  const double since = track.last_odometry ? to_seconds(velocity.at - *track.last_odometry) : kOdometryMemory;
+  track.last_odometry = velocity.at;
+  const LinearMeasurement said = velocity_measurement(velocity, since);
+  if (motion::innovation(track.main, said).distance2 <= config_.gate)
+    track.accepted = motion::correct(track.main, said);
+  if (track.gap && motion::innovation(*track.gap, said).distance2 <= config_.gate) {
+    Mixture corrected = *track.gap;
+    track.accepted = motion::correct(corrected, said) || track.accepted;
+    track.gap = std::make_shared<const Mixture>(corrected);
+  }
+}
+
+// ---- Answers -------------------------------------------------------------------------------------------
+
+FilterStep MotionFilter::step(bool accepted) const {
+  FilterStep out;
+  out.accepted = accepted;
+  if (records_.empty()) return out;
+  const Record& newest = *records_.back();
+  switch (newest.after.phase) {
+    case Phase::searching:
+      out.state = TrackState::searching;
+      return out;
+    case Phase::calibrating:
+      out.state = TrackState::calibrating;
+      return out;
+    case Phase::lost:
+      out.state = TrackState::lost;
+      return out;
+    case Phase::running:
+      break;
+  }
+  // Odometry between frames changes nothing of what the last frame said.
+  const bool now = newest.event.velocity
+                       ? newest.event.at - newest.after.last_accepted < from_seconds(kGapAfter)
+                       : newest.after.accepted;
+  out.state = now ? TrackState::tracking : TrackState::predicting;
+  out.estimate = predict(newest.event.at);
+  return out;
+}
+
+Estimate MotionFilter::publish(Time at, const Gaussian6& state) const {
+  const double yaw = state.mean[motion::kYaw];
+  const double u = state.mean[motion::kU];
+  const double s = state.mean[motion::kS];
+  Estimate out;
+  out.at = at;
+  out.pose = {state.mean[motion::kX], state.mean[motion::kY], wrap_angle(yaw)};
+  out.velocity = {u * std::cos(yaw) - s * std::sin(yaw), u * std::sin(yaw) + s * std::cos(yaw),
+                  state.mean[motion::kW]};
+  out.covariance = state.cov.topLeftCorner<3, 3>();
+  const double bias = config_.observation_bias_m;
+  const double yaw_bias = config_.observation_bias_rad;
+  out.covariance.diagonal() += Eigen::Vector3d(bias * bias, bias * bias, yaw_bias * yaw_bias);
+  return out;
+}
+
+std::optional<Estimate> MotionFilter::predict(Time at) const {
+  if (records_.empty() || at < records_.back()->event.at) return std::nullopt;
+  const Record& newest = *records_.back();
+  if (newest.after.phase != Phase::running) return std::nullopt;
+  const Mixture& from = newest.after.gap ? *newest.after.gap : newest.after.main;
+  return publish(at, motion::collapse(motion::predict(bank_, from, to_seconds(at - newest.event.at))));
+}
+
+std::optional<std::array<double, kModels>> MotionFilter::model_probabilities() const {
+  if (records_.empty() || records_.back()->after.phase != Phase::running) return std::nullopt;
+  const Track& track = records_.back()->after;
+  return track.gap ? track.gap->weight : track.main.weight;
+}
+
+std::optional<Estimate> MotionFilter::smoothed(Time at) const {
+  if (records_.empty() || at > records_.back()->event.at ||
+      at < records_.back()->event.at - from_seconds(config_.lag_s))
+    return std::nullopt;
+  const auto known = [](const Track& t) {
+    return t.phase == Phase::running || t.phase == Phase::calibrating;
+  };
+  // The stretch that `at` lies in: from the last event not after it on, until the track ends or begins anew.
+  const auto next = std::upper_bound(records_.begin(), records_.end(), at,
+                                     [](Time t, const auto& record) { return t < record->event.at; });
+  if (next == records_.begin()) return std::nullopt;
+  const auto first = static_cast<std::size_t>(next - records_.begin()) - 1;
+  if (!known(records_[first]->after)) return std::nullopt;
+  std::size_t last = first;
+  while (last + 1 < records_.size() && known(records_[last + 1]->after) &&
+         !records_[last + 1]->after.restarted)
+    ++last;
+  if (last == first && records_[first]->event.at != at) {
+    if (first + 1 < records_.size()) return std::nullopt;
+  }
+  const auto branch = [](const Track& track, bool gap) -> const Mixture& {
+    return gap && track.gap ? *track.gap : track.main;
+  };
+  bool gap = records_[last]->after.gap != nullptr;
+  Mixture state = branch(records_[last]->after, gap);
+  double turned = 0.0;
+  for (std::size_t i = last; i > first; --i) {
+    const Record& here = *records_[i];
+    if (here.after.turned != 0.0) {
+      turn(state, -here.after.turned);
+      turned += here.after.turned;
+    }
+    gap = here.after.took_gap || (gap && here.after.gap != nullptr);
+    const Record& before = *records_[i - 1];
+    Mixture filtered = branch(before.after, gap);
+    Time from = before.event.at;
+    if (i - 1 == first && at > from) {
+      filtered = motion::predict(bank_, filtered, to_seconds(at - from));
+      from = at;
+    }
+    state = motion::smooth_back(bank_, filtered, to_seconds(here.event.at - from), state);
+  }
+  Gaussian6 out = motion::collapse(state);
+  out.mean[motion::kYaw] += turned;
+  return publish(at, out);
+}
+
+}  // namespace skylight

@@ -1,0 +1,125 @@
+// The default filter: a robot on a floor, by interacting multiple models (imm.hpp) over body motion
+// (body_motion.hpp).
+//
+//   models    standing, steady (an arc at constant speed), adjusting, manoeuvring, and sideways (slipping,
+//             pushed, carried); see motion_config.cpp
+//   gate      an observation further than `gate` (squared Mahalanobis) from every model is refused; after
+//             `reacquire_observations` refused ones that agree among themselves they are believed and the
+//             track begins again there
+//   gap       the last frames before a gap may be of a robot that was half covered already. Once it lasts,
+//             the last `entry_s` before it are judged again, with noise that grows up to `entry_bias_m` as
+//             the gap comes near and does not average away, and the track is carried on from that. When the
+//             robot is seen again, the branch that foresaw it better goes on.
+//   late      every frame and odometry reading is an event; an event that comes late is put where it belongs
+//             and what followed is run again from the snapshot before it. The result is that of delivery in
+//             order, to the bit.
+//   bias      a detector's slow error is not averaged away: it is a random walk of what is observed, and its
+//             variance is added to what is published.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "tracker/filter/filter.hpp"
+#include "tracker/filter/motion_config.hpp"
+
+namespace skylight {
+
+/// What a robot says of its own motion: wheel odometry, or the velocity it was commanded to have.
+struct BodyVelocity {
+  Time at{};
+  double forward = 0.0;   ///< m/s
+  double sideways = 0.0;  ///< m/s, to the left
+  double yaw_rate = 0.0;  ///< rad/s
+  /// Of (forward, sideways, yaw rate). Scale errors and readings that err together are allowed for beyond it.
+  Covariance3 covariance = Eigen::Vector3d(4e-4, 4e-4, 2.5e-3).asDiagonal();
+};
+
+/// States: `searching` (never seen), `calibrating` (the first observations), `tracking` (this frame's
+/// observation was accepted), `predicting` (none, or refused), `lost` (until seen again). Estimates exist
+/// while tracking and predicting. Input that is not finite, or a covariance that is not positive definite,
+/// counts as no observation.
+class MotionFilter final : public Filter {
+ public:
+  /// Throws std::invalid_argument with check()'s message.
+  explicit MotionFilter(const MotionFilterConfig& config = {});
+
+  /// Frames may come late, up to lag_s behind the newest (older ones are ignored); the step that is returned
+  /// tells of the newest instant, but `accepted` of this observation. A second frame of the same instant
+  /// (another camera) counts beside the first.
+  FilterStep update(Time captured, const std::optional<Observation>& observation) override;
+  /// True where it was taken in: not outside the lag, finite, and not gated out as slip.
+  bool odometry(const BodyVelocity& velocity);
+  std::optional<Estimate> predict(Time at) const override;
+  /// The estimate for an instant within the last lag_s, with all later data used; none outside, or where the
+  /// robot was not known. At the newest event it is the filtered estimate.
+  std::optional<Estimate> smoothed(Time at) const;
+  void reset() override;
+  /// An independent copy; cheap: what happened is shared.
+  std::unique_ptr<MotionFilter> clone() const { return std::make_unique<MotionFilter>(*this); }
+
+  const MotionFilterConfig& config() const { return config_; }
+  /// Of the models, in the order of motion::Model; none while there is no track.
+  std::optional<std::array<double, motion::kModels>> model_probabilities() const;
+
+ private:
+  enum class Phase : std::uint8_t { searching, calibrating, running, lost };
+
+  struct Event {
+    Time at{};
+    std::optional<Observation> observation;
+    std::optional<BodyVelocity> velocity;  ///< odometry; else it is a frame
+  };
+
+  /// Refused observations that agree among themselves.
+  struct Candidate {
+    int count = 0;
+    Observation last;
+  };
+
+  /// All that is known after an event: a function of the events up to it.
+  struct Track {
+    Phase phase = Phase::searching;
+    motion::Mixture main;
+    std::shared_ptr<const motion::Mixture> gap;  ///< the other branch, while a gap lasts
+    Time last_accepted{};
+    std::optional<Time> last_odometry;
+    int accepted_count = 0;
+    int turns = 1;           ///< the heading is known modulo 2 pi / turns
+    bool accepted = false;   ///< this event's observation or reading
+    bool restarted = false;  ///< the track begins at this event
+    bool took_gap = false;   ///< `main` goes on from the gap's branch
+    double turned = 0.0;     ///< rad by which this event corrected the heading
+    Candidate candidate;
+  };
+
+  struct Record {
+    Event event;
+    Track after;
+  };
+  using Records = std::vector<std::shared_ptr<const Record>>;
+
+  /// Puts an event where it belongs and runs from there; its place, or none where it is too old.
+  std::optional<std::size_t> take(Event event);
+  void forget_old();
+  Track run(const Event& event, std::size_t before) const;
+  void carry(Track& track, Time from, Time to) const;
+  void see(Track& track, const Observation& observation) const;
+  void see_tracked(Track& track, const Observation& observation) const;
+  void refuse(Track& track, const Observation& observation) const;
+  void miss(Track& track, Time at, std::size_t before) const;
+  void take_velocity(Track& track, const BodyVelocity& velocity) const;
+  void begin(Track& track, const Observation& observation) const;
+  std::shared_ptr<const motion::Mixture> judged_again(Time last_accepted, Time at, std::size_t before) const;
+
+  FilterStep step(bool accepted) const;
+  Estimate publish(Time at, const motion::Gaussian6& state) const;
+
+  MotionFilterConfig config_;
+  motion::ModelBank bank_;
+  Records records_;  ///< in order of time
+};
+
+}  // namespace skylight
