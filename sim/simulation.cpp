@@ -59,7 +59,8 @@ Simulation::Impl::Impl(const Scenario& scenario_in)
   for (std::size_t i = 0; i < scenario.robots.size(); ++i) {
     const RobotSpec& robot = scenario.robots[i];
     const RobotModel& model = robot_model(robot.model);
-    programs.emplace_back(robot.program, DriveLimits{model.max_speed_mps, model.max_yaw_rate_radps});
+    programs.emplace_back(
+        robot.program, DriveLimits{model.max_speed_mps, model.max_side_speed_mps, model.max_yaw_rate_radps});
     pictures.push_back(make_picture(scenario, i));
     looks.push_back(make_look(robot, pictures.back()));
   }
@@ -75,7 +76,7 @@ void Simulation::Impl::run_until(Duration time) {
     if (steps % kStepsPerCommand == 0) {
       const double now = to_seconds(steps * World::kStep);
       for (std::size_t i = 0; i < programs.size(); ++i)
-        commands[i] = programs[i].command(now, world.state(i).pose);
+        commands[i] = programs[i].command({.time_s = now, .pose = world.state(i).pose});
     }
     world.step(commands);
     ++steps;

@@ -16,6 +16,8 @@
 
 #include "sim/scenario/event.hpp"
 #include "sim/scenario/scenario.hpp"
+#include "sim/world/director.hpp"
+#include "sim/world/odometry.hpp"
 #include "tracker/types.hpp"
 
 namespace skylight::sim {
@@ -36,23 +38,6 @@ struct Shot {
   Frame frame;       ///< frame.camera: index into the scenario's cameras; captured by the camera's own clock
   Time delivered{};  ///< when the program gets it, true time
   std::vector<RobotTruth> truth;  ///< in the order of Simulation::robots()
-};
-
-/// What a robot's own odometry says: dead reckoning from where it started, in its own frame and time.
-struct OdometryReport {
-  std::size_t robot = 0;  ///< index into Simulation::robots()
-  Time at{};              ///< by the robot's own clock
-  Pose2 pose;             ///< from (0, 0, 0) at the start
-  double v_mps = 0.0;     ///< forward
-  double side_mps = 0.0;  ///< to the left (holonomic robots)
-  double w_radps = 0.0;
-};
-
-/// An event of the scenario, or an action that was asked for, at the moment that it took place.
-struct Happening {
-  Time at{};
-  std::string name;  ///< of the event, empty where it has none
-  Action action;
 };
 
 /// The artwork on a robot as its owner has it: a file at its print resolution, not what any camera sees.

@@ -19,7 +19,7 @@ struct Drive {
       : world(room, {RobotSpec{.id = "a", .start = start}}), program(std::move(steps), DriveLimits{}) {}
   void run(double seconds) {
     for (const double until = time + seconds; time < until - 1e-9;) {
-      const Command command = program.command(time, pose());
+      const Command command = program.command({.time_s = time, .pose = pose()});
       for (int i = 0; i < 5; ++i) world.step({command});
       time += 0.01;
     }
@@ -102,7 +102,7 @@ TEST(Program, ALoopOfWaypointsNeverEnds) {
 
 TEST(Program, WaypointsThatLieOnOneAnotherLeaveTheRobotStanding) {
   Program program({{WaypointsStep{{{0.0, 0.0}, {0.0, 0.0}}, 0.2, true}}}, DriveLimits{});
-  EXPECT_EQ(program.command(0.0, Pose2{}), Command{});
+  EXPECT_EQ(program.command({.time_s = 0.0}), Command{});
 }
 
 TEST(Program, DriveAndStopLastAsLongAsTheySay) {
@@ -110,10 +110,9 @@ TEST(Program, DriveAndStopLastAsLongAsTheySay) {
                    {StopStep{0.25}},
                    {DriveStep{.v_mps = -0.2, .w_degps = 0.0, .for_s = 1.0}}},
                   DriveLimits{});
-  const Pose2 pose;
   for (int i = 0; i < 200; ++i) {
     const double t = 0.01 * i;
-    const Command command = program.command(t, pose);
+    const Command command = program.command({.time_s = t});
     const double expected = t < 0.495 ? 0.1 : (t < 0.745 ? 0.0 : (t < 1.745 ? -0.2 : 0.0));
     EXPECT_EQ(command.v_mps, expected) << t;
   }
@@ -127,19 +126,19 @@ TEST(Program, RepeatsGoThroughTheirStepsAsOftenAsTheySayAlsoWithinEachOther) {
       DriveLimits{});
   std::string seen;
   for (int second = 0; second < 12; ++second)
-    seen += program.command(second, Pose2{}).v_mps > 0.0 ? 'd' : 's';
+    seen += program.command({.time_s = 1.0 * second}).v_mps > 0.0 ? 'd' : 's';
   EXPECT_EQ(seen, "ssdssdssdsss");  // three rounds of two stops and a drive, then standing
   EXPECT_TRUE(program.finished());
 }
 
 TEST(Program, AnEndlessRepeatOfStepsThatAreOverAtOnceDoesNotHang) {
   Program program({{RepeatStep{0, {{LineStep{.distance_m = 0.001, .speed_mps = 0.2}}}}}}, DriveLimits{});
-  EXPECT_EQ(program.command(0.0, Pose2{}), Command{});
+  EXPECT_EQ(program.command({.time_s = 0.0}), Command{});
 }
 
 TEST(Program, CommandsAreCutToTheRobotsLimitsAlongTheSameCurve) {
   Program program({{DriveStep{.v_mps = 0.52, .w_degps = 60.0, .for_s = 1.0}}}, DriveLimits{});
-  const Command command = program.command(0.0, Pose2{});
+  const Command command = program.command({.time_s = 0.0});
   EXPECT_NEAR(command.v_mps, 0.26, 1e-12);
   EXPECT_NEAR(command.w_radps, 0.5 * std::numbers::pi / 3.0, 1e-12);
 }
@@ -154,7 +153,7 @@ TEST(Program, TheDemoGoesOnWithoutAnyoneTouchingAnything) {
   for (std::size_t i = 0; i < programs.size(); ++i) before.push_back(world.state(i).pose.position());
   for (int step = 0; step < 1200 * 500; ++step) {
     for (std::size_t i = 0; step % 5 == 0 && i < programs.size(); ++i) {
-      commands[i] = programs[i].command(0.002 * step, world.state(i).pose);
+      commands[i] = programs[i].command({.time_s = 0.002 * step, .pose = world.state(i).pose});
       ASSERT_FALSE(world.in_contact(i)) << demo.robots[i].id << " after " << 0.002 * step << " s";
     }
     world.step(commands);

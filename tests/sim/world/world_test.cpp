@@ -32,7 +32,7 @@ void run(World& world, const std::vector<Command>& commands, double seconds) {
 
 TEST(World, AConstantCommandCoversSpeedTimesTimeOnAStraightLine) {
   World world(RoomSpec{}, {robot_at("a", -2.0, -1.0, 30.0)});
-  const Command command{0.22, 0.0};
+  const Command command{.v_mps = 0.22};
   run(world, {command}, 1.0);
   const Pose2 begin = world.state(0).pose;
   run(world, {command}, 10.0);
@@ -44,7 +44,7 @@ TEST(World, AConstantCommandCoversSpeedTimesTimeOnAStraightLine) {
 
 TEST(World, AConstantTurnDrivesACircleOfRadiusSpeedOverYawRate) {
   World world(RoomSpec{}, {robot_at("a", 0.0, -0.4, 0.0)});
-  const Command command{0.2, 0.5};
+  const Command command{.v_mps = 0.2, .w_radps = 0.5};
   run(world, {command}, 2.0);
   // The centre from one pose and the law; every later pose must lie on the circle around it.
   const Pose2 p = world.state(0).pose;
@@ -62,7 +62,7 @@ TEST(World, MotorsSpeedUpNoFasterThanTheirLimit) {
   const RobotModel& model = robot_model(RobotModelName::waffle_pi);
   double before = 0.0;
   for (int i = 0; i < 100; ++i) {
-    world.step({{0.26, 0.0}});
+    world.step({{.v_mps = 0.26}});
     const double now = world.state(0).velocity.x;
     EXPECT_LE((now - before) / kDt, model.max_acceleration_mps2 * 1.001);
     before = now;
@@ -79,7 +79,7 @@ TEST(World, TyresGiveNoMoreThanFrictionTimesLoadAndSlipBeyond) {
   double before = 0.0;
   double largest = 0.0;
   for (int i = 0; i < 200; ++i) {
-    world.step({{0.26, 0.0}});
+    world.step({{.v_mps = 0.26}});
     const double now = world.state(0).velocity.x;
     largest = std::max(largest, (now - before) / kDt);
     before = now;
@@ -90,7 +90,7 @@ TEST(World, TyresGiveNoMoreThanFrictionTimesLoadAndSlipBeyond) {
 }
 
 TEST(World, LateralFrictionHoldsARobotOnItsCurveAndASlipperyFloorDoesNot) {
-  const Command fast_turn{0.26, 1.8};  // needs 0.47 m/s^2 towards the centre
+  const Command fast_turn{.v_mps = 0.26, .w_radps = 1.8};  // needs 0.47 m/s^2 towards the centre
   const auto radius = [&](double friction) {
     World world(room_with_friction(friction), {robot_at("a", 0.0, 0.0, 0.0)});
     run(world, {fast_turn}, 3.0);
@@ -112,7 +112,7 @@ TEST(World, LateralFrictionHoldsARobotOnItsCurveAndASlipperyFloorDoesNot) {
 
 TEST(World, OnIceARobotKeepsItsSpeedAndDirection) {
   World world(room_with_friction(0.0), {robot_at("a", 0.0, 0.0, 0.0)});
-  run(world, {{0.26, 1.0}}, 2.0);
+  run(world, {{.v_mps = 0.26, .w_radps = 1.0}}, 2.0);
   EXPECT_EQ(world.state(0).pose, (Pose2{0.0, 0.0, 0.0}));
 }
 
@@ -120,7 +120,7 @@ TEST(World, AWallStopsARobotAtItsOutline) {
   World world(RoomSpec{}, {robot_at("a", 2.5, 0.0, 0.0)});
   double furthest = 0.0;
   for (int i = 0; i < 5000; ++i) {
-    world.step({{0.26, 0.0}});
+    world.step({{.v_mps = 0.26}});
     furthest = std::max(furthest, world.state(0).pose.x);
   }
   const double front = 0.084;  // the camera at the robot's front
@@ -168,7 +168,7 @@ TEST(World, RobotsThatMeetPushButNeverOverlap) {
   const auto& footprint = robot_model(RobotModelName::waffle_pi).footprint;
   bool touched = false;
   for (int i = 0; i < 5000; ++i) {
-    world.step({{0.26, 0.05}, {0.22, 0.0}, {0.26, 0.0}});
+    world.step({{.v_mps = 0.26, .w_radps = 0.05}, {.v_mps = 0.22}, {.v_mps = 0.26}});
     touched = touched || world.in_contact(0);
     if (i % 10 != 0) continue;
     for (std::size_t j = 0; j < 3; ++j) {
@@ -185,7 +185,7 @@ TEST(World, RobotsThatMeetPushButNeverOverlap) {
 
 TEST(World, CommandsBeyondTheRobotsLimitsAreCut) {
   World world(RoomSpec{}, {robot_at("a", -2.0, 0.0, 0.0)});
-  run(world, {{5.0, 0.0}}, 2.0);
+  run(world, {{.v_mps = 5.0}}, 2.0);
   EXPECT_NEAR(world.state(0).velocity.x, 0.26, 1e-4);
 }
 
