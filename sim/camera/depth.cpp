@@ -47,13 +47,14 @@ void drop_shadows(const float* z, int count, float shift, std::uint16_t* out) {
   }
 }
 
-/// Drops the pixels within `reach` of the edge between two neighbours.
-void drop_around(cv::Mat& depth, const cv::Rect& neighbours, int reach) {
-  cv::Rect area = neighbours;
-  const bool beside = neighbours.width == 2;
-  if (beside) area = {neighbours.x + 1 - reach, neighbours.y, 2 * reach, 1};
-  if (!beside) area = {neighbours.x, neighbours.y + 1 - reach, 1, 2 * reach};
-  depth(area & cv::Rect(0, 0, depth.cols, depth.rows)).setTo(0);
+/// Drops the pixels within `reach` of the edge before (x, y), along its row or its column.
+void drop_beside(cv::Mat& depth, int x, int y, int reach) {
+  auto* out = depth.ptr<std::uint16_t>(y);
+  for (int at = std::max(0, x - reach); at < std::min(depth.cols, x + reach); ++at) out[at] = 0;
+}
+void drop_above(cv::Mat& depth, int x, int y, int reach) {
+  for (int at = std::max(0, y - reach); at < std::min(depth.rows, y + reach); ++at)
+    depth.ptr<std::uint16_t>(at)[x] = 0;
 }
 
 void drop_mixed(const cv::Mat& metres, int y, int reach, cv::Mat& depth) {
@@ -69,8 +70,8 @@ void drop_mixed(const cv::Mat& metres, int y, int reach, cv::Mat& depth) {
     }
     if (edges == 0) continue;
     for (int x = begin - (begin == 1 ? 1 : 0); x < end; ++x) {
-      if (x > 0 && MixedEdge::between(z[x - 1], z[x])) drop_around(depth, {x - 1, y, 2, 1}, reach);
-      if (MixedEdge::between(above[x], z[x])) drop_around(depth, {x, y - 1, 1, 2}, reach);
+      if (x > 0 && MixedEdge::between(z[x - 1], z[x])) drop_beside(depth, x, y, reach);
+      if (MixedEdge::between(above[x], z[x])) drop_above(depth, x, y, reach);
     }
   }
 }

@@ -109,6 +109,17 @@ SKYLIGHT_AVX2 void fill_words_avx2(NoiseRow& row, std::uint32_t place, NoiseKeys
   fill_words(row, place, keys);
 }
 
+/// One step of the transform; with its distance known beforehand it stays in registers.
+template <std::size_t distance>
+SKYLIGHT_AVX2 __attribute__((always_inline)) inline void butterflies(__m256i (&v)[kMixed]) {
+  for (std::size_t pair = 0; pair < kMixed / 2; ++pair) {
+    const std::size_t a = pair / distance * 2 * distance + pair % distance;
+    const __m256i sum = _mm256_add_epi16(v[a], v[a + distance]);
+    v[a + distance] = _mm256_sub_epi16(v[a], v[a + distance]);
+    v[a] = sum;
+  }
+}
+
 SKYLIGHT_AVX2 void random_avx2(NoiseRow& row, std::uint32_t place, NoiseKeys keys) {
   fill_words_avx2(row, place, keys);
   const auto* bytes = reinterpret_cast<const unsigned char*>(row.words.data());
@@ -118,14 +129,10 @@ SKYLIGHT_AVX2 void random_avx2(NoiseRow& row, std::uint32_t place, NoiseKeys key
     __m256i v[kMixed];
     for (std::size_t k = 0; k < kMixed; ++k)
       v[k] = _mm256_cvtepi8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes + k * apart + i)));
-    for (std::size_t half = 1; half < kMixed; half *= 2) {
-      for (std::size_t a = 0; a < kMixed; ++a) {
-        if ((a & half) != 0) continue;
-        const __m256i sum = _mm256_add_epi16(v[a], v[a + half]);
-        v[a + half] = _mm256_sub_epi16(v[a], v[a + half]);
-        v[a] = sum;
-      }
-    }
+    butterflies<1>(v);
+    butterflies<2>(v);
+    butterflies<4>(v);
+    butterflies<8>(v);
     v[0] = _mm256_add_epi16(v[0], _mm256_set1_epi16(kMeanOfFirst));
     for (std::size_t k = 0; k < kMixed; ++k)
       _mm256_storeu_si256(reinterpret_cast<__m256i*>(out + k * apart + i), v[k]);
