@@ -30,6 +30,12 @@ Duration midpoint(const CameraSpec& camera, std::uint64_t sequence) {
          from_seconds(static_cast<double>(sequence) / camera.frame_rate_hz);
 }
 
+/// From a frame's midpoint to the end of its last row's exposure.
+Duration half_exposure(const CameraSpec& camera) {
+  const double readout = camera.shutter == Shutter::rolling ? camera.readout_s : 0.0;
+  return from_seconds(0.5 * (camera.exposure_s + readout));
+}
+
 }  // namespace
 
 struct Simulation::Impl {
@@ -45,7 +51,6 @@ struct Simulation::Impl {
   std::int64_t steps = 0;
   Duration longest_exposure{};
   std::vector<RobotPicture> pictures;
-  std::vector<RobotLook> looks;
   std::vector<Renderer> renderers;
   std::vector<std::uint64_t> sequences;  ///< next frame of each camera
 };
@@ -56,19 +61,23 @@ Simulation::Impl::Impl(const Scenario& scenario_in)
       timeline(states_of(world)),
       commands(scenario.robots.size()),
       sequences(scenario.cameras.size(), 0) {
+  std::vector<SceneActor> actors;
   for (std::size_t i = 0; i < scenario.robots.size(); ++i) {
     const RobotSpec& robot = scenario.robots[i];
     const RobotModel& model = robot_model(robot.model);
     programs.emplace_back(
         robot.program, DriveLimits{model.max_speed_mps, model.max_side_speed_mps, model.max_yaw_rate_radps});
     pictures.push_back(make_picture(scenario, i));
-    looks.push_back(make_look(robot, pictures.back()));
+    actors.push_back({std::make_shared<const Look>(body_of(make_look(robot, pictures.back())))});
   }
   for (const CameraSpec& camera : scenario.cameras) {
-    longest_exposure = std::max(longest_exposure, from_seconds(camera.exposure_s));
+    longest_exposure = std::max(longest_exposure, 2 * half_exposure(camera));
   }
   const FloorTexture floor = make_floor(scenario.room, scenario.seed, scenario.folder);
-  for (const CameraSpec& camera : scenario.cameras) renderers.emplace_back(scenario, camera, floor);
+  for (const CameraSpec& camera : scenario.cameras) {
+    renderers.emplace_back(scenario, camera, floor);
+    renderers.back().set_actors(actors, [&](std::size_t robot, double) { return world.state(robot).pose; });
+  }
 }
 
 void Simulation::Impl::run_until(Duration time) {
@@ -87,12 +96,11 @@ void Simulation::Impl::run_until(Duration time) {
 Shot Simulation::Impl::shoot(std::size_t camera, Duration middle) {
   const CameraSpec& spec = scenario.cameras[camera];
   const Duration exposure = from_seconds(spec.exposure_s);
-  const Duration begin = middle - exposure / 2;
-  run_until(begin + exposure);
+  run_until(middle + half_exposure(spec));
   timeline.forget_before(middle - longest_exposure);  // cameras that come later may have begun earlier
   Renderer& renderer = renderers[camera];
-  renderer.draw(looks, [&](std::size_t robot, double share) {
-    return timeline.at(robot, begin + from_seconds(share * spec.exposure_s)).pose;
+  renderer.draw([&](std::size_t robot, double since_midpoint) {
+    return timeline.at(robot, middle + from_seconds(since_midpoint)).pose;
   });
 
   Shot shot;
@@ -101,7 +109,9 @@ Shot Simulation::Impl::shoot(std::size_t camera, Duration middle) {
   shot.frame.captured = Time{from_seconds(scenario.start_unix_s)} + middle;
   shot.delivered = shot.frame.captured + exposure / 2;
   const NoiseStream stream{scenario.seed, camera, shot.frame.sequence, false};
-  expose({renderer.mean(), {}}, spec.sensor, stream, shot.frame.image);
+  const RowLight level{.light = static_cast<float>(scenario.light.level)};
+  const std::vector<RowLight> rows(static_cast<std::size_t>(spec.height_px), level);
+  expose({renderer.mean(), rows}, spec.sensor, stream, shot.frame.image);
   if (spec.depth.enabled) {
     const NoiseStream depth_stream{scenario.seed, camera, shot.frame.sequence, true};
     measure_depth(renderer.metres(), spec, depth_stream, shot.frame.depth);
@@ -116,7 +126,8 @@ Shot Simulation::Impl::shoot(std::size_t camera, Duration middle) {
                           .at = shot.frame.captured,
                           .pose = state.pose,
                           .velocity = state.velocity,
-                          .in_view = pixel && renderer.camera().contains(*pixel)});
+                          .in_view = pixel && renderer.camera().contains(*pixel),
+                          .visible = renderer.visible(i)});
   }
   return shot;
 }

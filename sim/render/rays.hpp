@@ -32,20 +32,24 @@ struct PixelRays {
   bool valid() const { return along_x.allFinite() && along_y.allFinite() && centre.allFinite(); }
 };
 
-/// The directions of all pixels of a camera, worked out once.
+/// The directions of all pixels of a camera, worked out once: in the optical frame z = 1 (or, of a fisheye,
+/// unit length); not a number where the lens sees nothing.
 class RayField {
  public:
   explicit RayField(const CameraModel& camera);
   PixelRays pixel(int x, int y) const {
     return {at(x, y), 0.5 * (at(x + 1, y) - at(x - 1, y)), 0.5 * (at(x, y + 1) - at(x, y - 1))};
   }
+  /// Component 0 to 2 of the directions of a row, -1 to height, from pixel 0 on; pixels -1 to width + 8 can
+  /// be read.
+  const float* row(std::size_t component, int y) const { return planes_[component].ptr<float>(y + 1) + 1; }
 
  private:
   Eigen::Vector3d at(int x, int y) const {
-    const auto& v = directions_.at<cv::Vec3f>(y + 1, x + 1);
-    return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+    return {static_cast<double>(row(0, y)[x]), static_cast<double>(row(1, y)[x]),
+            static_cast<double>(row(2, y)[x])};
   }
-  cv::Mat directions_;  ///< CV_32FC3, one pixel more to each side
+  std::array<cv::Mat, 3> planes_;  ///< CV_32FC1, one pixel more to each side, nine to the right
 };
 
 }  // namespace skylight::sim

@@ -1,334 +1,268 @@
 #include "sim/render/render.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 
-#include <Eigen/Geometry>
+#include <opencv2/core/utility.hpp>
+
+#include "sim/render/solids.hpp"
 
 namespace skylight::sim {
 namespace {
 
-constexpr std::size_t kMidpoint = kSamples;
-constexpr double kShadowReach = 0.06;  ///< m, how far a contact shadow spreads
-constexpr std::size_t kMaxSolids = 16;
+constexpr std::size_t kWalls = static_cast<std::size_t>(-1);  ///< actor number of the walls
+/// How much higher than an upper side something must be to keep light off it that is worth working out.
+constexpr double kHigher = 0.05;
 
-/// robot_from_map at one instant, as rays need it.
-struct Stance {
-  double cosine = 1.0;
-  double sine = 0.0;
-  Eigen::Vector3d eye{0.0, 0.0, 0.0};  ///< the camera in the robot frame
-
-  Eigen::Vector3d turned(const Eigen::Vector3d& d) const {
-    return {cosine * d.x() + sine * d.y(), cosine * d.y() - sine * d.x(), d.z()};
-  }
-  Eigen::Vector3d turned_back(const Eigen::Vector3d& d) const {
-    return {cosine * d.x() - sine * d.y(), cosine * d.y() + sine * d.x(), d.z()};
-  }
-};
-
-Solid bounding_box(const std::vector<Solid>& solids) {
-  Solid bound;
-  bound.min.setConstant(std::numeric_limits<double>::infinity());
-  bound.max = -bound.min;
-  for (const Solid& solid : solids) {
-    bound.min = bound.min.cwiseMin(solid.min);
-    bound.max = bound.max.cwiseMax(solid.max);
-  }
-  return bound;
+CameraModel moved(const CameraModel& camera, const Eigen::Isometry3d& map_from_camera) {
+  CameraParameters parameters = camera.parameters();
+  parameters.map_from_camera = map_from_camera;
+  return CameraModel(parameters);
 }
 
-/// The part of the picture that a robot and its shadow may cover at these poses. The whole picture where they
-/// reach behind the camera or out of the lens's range; empty where nothing of them is in front of it.
-cv::Rect covered(const CameraModel& camera, const Solid& bound, const std::array<Pose2, 2>& poses) {
-  cv::Rect2d region;
-  bool some = false;
-  bool all = true;
-  for (int i = 0; i < 36; ++i) {  // 3 x 3 points, on the floor with the shadow and at the top, at both poses
-    const Pose2& pose = poses[i < 18 ? 0 : 1];
-    const bool on_floor = i % 18 < 9;
-    const double margin = on_floor ? kShadowReach : 0.0;
-    const double x = bound.min.x() - margin + 0.5 * (i % 3) * (bound.max.x() - bound.min.x() + 2.0 * margin);
-    const double y =
-        bound.min.y() - margin + 0.5 * (i / 3 % 3) * (bound.max.y() - bound.min.y() + 2.0 * margin);
-    const double c = std::cos(pose.yaw);
-    const double s = std::sin(pose.yaw);
-    const auto pixel =
-        camera.project_map({pose.x + c * x - s * y, pose.y + s * x + c * y, on_floor ? 0.0 : bound.max.z()});
-    if (!pixel) {
-      all = false;
-      continue;
-    }
-    constexpr double kMargin = 3.0;  // a lens bends straight edges a little
-    const cv::Rect2d point(pixel->x() - kMargin, pixel->y() - kMargin, 2.0 * kMargin + 1.0,
-                           2.0 * kMargin + 1.0);
-    region = some ? (region | point) : point;
-    some = true;
-  }
-  const cv::Rect whole(0, 0, camera.parameters().width_px, camera.parameters().height_px);
-  if (!some) return {};
-  if (!all) return whole;
-  const cv::Rect2d seen = region & cv::Rect2d(whole);
-  const cv::Point low(static_cast<int>(seen.x), static_cast<int>(seen.y));
-  const cv::Point high(static_cast<int>(std::ceil(seen.br().x)), static_cast<int>(std::ceil(seen.br().y)));
-  return cv::Rect(low, high) & whole;
+/// The paths of all rows, shared among the threads in blocks.
+void paint(const Scene& scene) {
+  constexpr int kBlock = 16;
+  const int height = scene.mean->rows;
+  cv::parallel_for_(cv::Range(0, (height + kBlock - 1) / kBlock), [&](const cv::Range& blocks) {
+    paint_rows(scene, blocks.start * kBlock, std::min(blocks.end * kBlock, height));
+  });
 }
 
 }  // namespace
 
-/// A robot in one exposure.
-struct Renderer::Placed {
-  const RobotLook* look = nullptr;
-  std::array<Stance, kSamples + 1> stances;  ///< of the samples, and of the midpoint
-  Eigen::Vector2d position;                  ///< at the midpoint
-  Solid bound;                               ///< one box around all solids
-  double motion = 0.0;            ///< m, how far any part of it gets from its place at the midpoint
-  cv::Rect region;                ///< of the picture that it and its shadow may cover
-  int level = 0;                  ///< of the picture's pyramid
-  float light = 1.0F;             ///< on faces that look up
-  Bgr plate_color = Bgr::Zero();  ///< beside the picture
-};
-
-/// A robot that may be seen in a pixel, and those of its solids that may be, highest top first.
-struct Renderer::Candidate {
-  const Placed* robot = nullptr;
-  std::array<const Solid*, kMaxSolids> solids{};
-  std::size_t count = 0;
-  double margin = 0.0;  ///< m, within which all samples pass around the middle ray, in the robot frame
-};
-
-/// What a ray sees of the robots; no robot: nothing of them.
-struct Renderer::Seen {
-  const Placed* robot = nullptr;
-  const Stance* stance = nullptr;
-  Ray ray;  ///< in the robot frame
-  Hit hit;
-};
-
 Renderer::Renderer(const Scenario& scenario, const CameraSpec& camera, const FloorTexture& floor)
-    : camera_(camera_model(camera)),
+    : room_(scenario.room),
+      floor_(floor),
+      camera_(camera_model(camera)),
       light_(scenario.light, scenario.room, camera),
-      rays_(camera_),
-      standing_(draw_standing({scenario.room, floor, light_}, camera_, rays_)),
+      exposure_{camera.exposure_s, camera.shutter == Shutter::rolling ? camera.readout_s : 0.0,
+                camera.height_px},
       contact_shadow_(scenario.light.contact_shadow),
       sample_angle_(0.25 / std::max(camera.fx_px, camera.fy_px)),
-      eye_(camera_.map_from_camera().translation()),
-      axis_(camera_.map_from_camera().linear().col(2)),
-      mean_(standing_.mean.clone()) {
-  if (camera.depth.enabled) metres_ = standing_.metres.clone();
+      rays_(camera_) {
+  if (camera.depth.enabled) metres_.create(camera.height_px, camera.width_px, CV_32FC1);
+  if (auto walls = make_walls(room_)) walls_ = std::make_shared<const Look>(std::move(*walls));
+  changed_.resize(static_cast<std::size_t>(camera.height_px));
+  draw_floor_again();
 }
 
-void Renderer::draw(const std::vector<RobotLook>& robots, const PoseDuring& pose) {
-  restore();
-  std::vector<Placed> placed;
-  for (std::size_t i = 0; i < robots.size(); ++i) {
-    Placed robot = place(robots[i], i, pose);
-    if (!robot.region.empty()) placed.push_back(std::move(robot));
+void Renderer::set_actors(std::vector<SceneActor> actors, const PoseAt& now) {
+  std::vector<std::optional<Pose2>> at(actors.size());
+  std::vector<std::pair<const Look*, Pose2>> before;
+  std::vector<std::pair<const Look*, Pose2>> after;
+  for (std::size_t i = 0; i < actors_.size(); ++i) {
+    if (fixed_at_[i]) before.emplace_back(actors_[i].look.get(), *fixed_at_[i]);
   }
-  for (std::size_t i = 0; i < placed.size(); ++i) draw_region(placed, i);
-  for (const Placed& robot : placed) drawn_.push_back(robot.region);
+  for (std::size_t i = 0; i < actors.size(); ++i) {
+    if (actors[i].fixed && actors[i].look) at[i] = now(i, 0.0);
+    if (at[i]) after.emplace_back(actors[i].look.get(), *at[i]);
+  }
+  const bool same = before == after;
+  actors_ = std::move(actors);
+  fixed_at_ = std::move(at);
+  places_.assign(actors_.size(), {});
+  is_placed_.assign(actors_.size(), false);
+  if (!same) draw_standing_again();
 }
 
-void Renderer::restore() {
-  for (const cv::Rect& region : drawn_) {
-    standing_.mean(region).copyTo(mean_(region));
-    if (!metres_.empty()) standing_.metres(region).copyTo(metres_(region));
-  }
-  drawn_.clear();
+void Renderer::set_look(std::size_t actor, std::shared_ptr<const Look> look) {
+  SceneActor& changed = actors_.at(actor);
+  changed.look = std::move(look);
+  is_placed_[actor] = false;
+  if (changed.fixed) draw_standing_again();
 }
 
-Renderer::Placed Renderer::place(const RobotLook& look, std::size_t index, const PoseDuring& pose) const {
-  Placed robot;
-  robot.look = &look;
-  robot.bound = bounding_box(look.model->solids);
-  const std::array<Pose2, 2> ends{pose(index, 0.0), pose(index, 1.0)};
-  robot.region = covered(camera_, robot.bound, ends);
-  if (robot.region.empty()) return robot;
-  for (std::size_t i = 0; i <= kSamples; ++i) {
-    const Pose2 there = pose(index, i == kMidpoint ? 0.5 : sixteenth(kTime[i]));
-    Stance& stance = robot.stances[i];
-    stance.cosine = std::cos(there.yaw);
-    stance.sine = std::sin(there.yaw);
-    stance.eye = stance.turned(eye_ - Eigen::Vector3d(there.x, there.y, 0.0));
-  }
-  const Pose2 middle = pose(index, 0.5);
-  robot.position = middle.position();
-  const double radius = robot.bound.min.cwiseAbs().cwiseMax(robot.bound.max.cwiseAbs()).head<2>().norm();
-  for (const Pose2& end : ends) {
-    const double turned = std::abs(wrap_angle(end.yaw - middle.yaw));
-    robot.motion = std::max(robot.motion, (end.position() - middle.position()).norm() + turned * radius);
-  }
-  const Eigen::Vector3d plate(middle.x, middle.y, look.model->plate_height_m);
-  robot.level = look.picture.level_for((plate - eye_).norm() * sample_angle_ / look.metres_per_px);
-  robot.light = light_.at(middle.x, middle.y);
-  for (const Solid& solid : look.model->solids) {
-    if (solid.carries_picture) robot.plate_color = bgr(solid.top_rgb);
-  }
-  return robot;
+void Renderer::move_camera(const Eigen::Isometry3d& map_from_camera) {
+  camera_ = moved(camera_, map_from_camera);
+  rays_ = RayField(camera_);
+  draw_floor_again();
 }
 
-void Renderer::draw_region(const std::vector<Placed>& placed, std::size_t index) {
-  const cv::Rect region = placed[index].region;
-  std::vector<const Placed*> robots;
-  std::vector<cv::Rect> done;
-  for (std::size_t j = 0; j < placed.size(); ++j) {
-    if ((placed[j].region & region).empty()) continue;
-    robots.push_back(&placed[j]);
-    if (j < index) done.push_back(placed[j].region);
+void Renderer::set_passing_shadow(std::vector<PassingShadow> shadows) {
+  passing_ = std::move(shadows);
+}
+
+void Renderer::draw_floor_again() {
+  bare_ = draw_floor({room_, floor_, light_}, camera_, rays_);
+  draw_standing_again();
+}
+
+Scene Renderer::scene() const {
+  Scene scene;
+  scene.view = {&camera_,      &light_,
+                exposure_,     camera_.map_from_camera().translation(),
+                sample_angle_, {0.5 * room_.size_m[0] + 0.5, 0.5 * room_.size_m[1] + 0.5}};
+  scene.rays = &rays_;
+  scene.axis = camera_.map_from_camera().linear().col(2);
+  scene.contact_shadow = contact_shadow_;
+  scene.standing = &standing_;
+  return scene;
+}
+
+void Renderer::draw_standing_again() {
+  standing_ = bare_.clone();
+  Scene all = scene();
+  fixed_.clear();
+  fixed_.reserve(actors_.size() + 1);
+  const auto add = [&](const Look& look, std::size_t actor, const Pose2& at) {
+    Placed placed;
+    if (placed.place(all.view, look, actor, [&](std::size_t, double) { return at; }))
+      fixed_.push_back(std::move(placed));
+  };
+  if (walls_) add(*walls_, kWalls, Pose2{});
+  for (std::size_t i = 0; i < actors_.size(); ++i) {
+    if (actors_[i].look && fixed_at_[i]) add(*actors_[i].look, i, *fixed_at_[i]);
   }
-  std::vector<Candidate> scratch;
-  for (int y = region.y; y < region.y + region.height; ++y) {
-    for (int x = region.x; x < region.x + region.width; ++x) {
-      const bool drawn = std::any_of(done.begin(), done.end(), [&](const cv::Rect& r) {
-        return r.contains({x, y});
+  for (Placed& placed : fixed_) placed.light_up(all.view, casters_above(placed));
+  for (const Placed& placed : fixed_) all.moving.push_back(&placed);
+  all.into = &standing_;
+  all.mean = &standing_.mean;
+  all.metres = &standing_.metres;
+  paint(all);
+  mean_ = standing_.mean.clone();
+  if (!metres_.empty()) standing_.metres.copyTo(metres_);
+  for (std::vector<Span>& row : changed_) row.clear();
+}
+
+/// What may keep a lamp's light off its upper side: whatever is higher and not too far for its shadow.
+std::vector<ShadowCaster> Renderer::casters_above(const Placed& placed) const {
+  std::vector<ShadowCaster> casters;
+  const double plane = placed.look().plate() ? placed.look().seen_height() : placed.look().bound().max.z();
+  const Eigen::Vector3d& low = placed.look().bound().min;
+  const Eigen::Vector3d& high = placed.look().bound().max;
+  const double reach = low.cwiseAbs().cwiseMax(high.cwiseAbs()).head<2>().norm();
+  const Eigen::Vector2d at = placed.path().middle.position();
+  const auto add = [&](const Placed& other) {
+    if (&other == &placed || other.look().bound().max.z() < plane + kHigher) return;
+    for (const ShadowCaster& caster : other.casters()) {
+      const double top = static_cast<double>(caster.shape.high) - plane;
+      if (top < kHigher) continue;
+      const Eigen::Vector2d middle(
+          static_cast<double>(caster.x + caster.cosine * caster.shape.x - caster.sine * caster.shape.y),
+          static_cast<double>(caster.y + caster.sine * caster.shape.x + caster.cosine * caster.shape.y));
+      const double own =
+          std::hypot(static_cast<double>(caster.shape.half_x), static_cast<double>(caster.shape.half_y));
+      const bool may = std::any_of(light_.lamps().begin(), light_.lamps().end(), [&](const Lamp& lamp) {
+        const double height = lamp.position.z() - plane;
+        if (height <= 0.0) return false;
+        const double up = std::min(top, static_cast<double>(kHighest) * height);
+        const double stretch = height / (height - up);
+        const Eigen::Vector2d tip = lamp.position.head<2>() + stretch * (middle - lamp.position.head<2>());
+        const Eigen::Vector2d along = tip - middle;
+        const double share = along.squaredNorm() > 0.0
+                                 ? std::clamp((at - middle).dot(along) / along.squaredNorm(), 0.0, 1.0)
+                                 : 0.0;
+        return (middle + share * along - at).norm() < reach + stretch * own + lamp.radius_m * (stretch - 1.0);
       });
-      if (!drawn) draw_pixel(robots, scratch, {x, y});
+      if (may) casters.push_back(caster);
     }
+  };
+  for (const Placed& other : fixed_) add(other);
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (is_placed_[i]) add(places_[i]);
+  }
+  return casters;
+}
+
+void Renderer::place_all(const PoseAt& pose) {
+  const View view = scene().view;
+  places_.resize(actors_.size());
+  is_placed_.assign(actors_.size(), false);
+  for (std::size_t i = 0; i < actors_.size(); ++i) {
+    if (actors_[i].fixed || !actors_[i].look) continue;
+    is_placed_[i] = places_[i].place(view, *actors_[i].look, i, pose);
+  }
+  for (std::size_t i = 0; i < actors_.size(); ++i) {
+    if (is_placed_[i] && places_[i].body_seen()) places_[i].light_up(view, casters_above(places_[i]));
   }
 }
 
-/// Which robots and which of their solids any sample of the pixel may meet: those that its middle ray passes
-/// near enough.
-void Renderer::gather(const std::vector<const Placed*>& robots, const PixelRays& pixel,
-                      std::vector<Candidate>& candidates) {
-  candidates.clear();
-  const double spread = 0.75 * (pixel.along_x.norm() + pixel.along_y.norm()) / pixel.centre.norm();
-  for (const Placed* robot : robots) {
-    const Stance& stance = robot->stances[kMidpoint];
-    const Ray ray{stance.eye, stance.turned(pixel.centre)};
-    Candidate candidate;
-    candidate.robot = robot;
-    candidate.margin = spread * (stance.eye.norm() + 1.0) + robot->motion + 1e-4;
-    if (!passes_near(robot->bound, ray, candidate.margin)) continue;
-    for (const Solid& solid : robot->look->model->solids) {
-      if (passes_near(solid, ray, candidate.margin)) candidate.solids.at(candidate.count++) = &solid;
-    }
-    if (candidate.count > 0) candidates.push_back(candidate);
+void Renderer::draw(const PoseAt& pose) {
+  place_all(pose);
+  Scene all = scene();
+  for (std::size_t i = 0; i < actors_.size(); ++i) {
+    if (is_placed_[i]) all.moving.push_back(&places_[i]);
   }
+  for (const Placed& placed : fixed_) all.fixed.push_back(&placed);
+  all.passing = &passing_;
+  all.mean = &mean_;
+  all.metres = metres_.empty() ? nullptr : &metres_;
+  all.changed = &changed_;
+  paint(all);
 }
 
-void Renderer::draw_pixel(const std::vector<const Placed*>& robots, std::vector<Candidate>& candidates,
-                          const cv::Point& at) {
-  const PixelRays pixel = rays_.pixel(at.x, at.y);
-  if (!pixel.valid()) return;
-  gather(robots, pixel, candidates);
-  // Nothing of a robot shows behind this (with some slack: it is the pixel centre's; the floor hides
-  // nothing).
-  const auto standing_metres = static_cast<double>(standing_.metres.at<float>(at));
-  const double limit = standing_metres > 0.0 ? standing_metres / pixel.centre.dot(axis_) + 0.02
-                                             : std::numeric_limits<double>::infinity();
-  Bgr sum = Bgr::Zero();
-  std::size_t misses = 0;
-  if (candidates.empty()) {
-    misses = kSamples;
-  } else if (candidates.size() == 1 && standing_.floor.at<std::uint8_t>(at) != 0 &&
-             only_plate(candidates[0], pixel.centre)) {
-    sum = plate_sum(candidates[0], pixel);
-  } else {
-    for (std::size_t i = 0; i < kSamples; ++i) {
-      const Seen seen = trace(candidates, i, pixel.sample(i), limit);
-      if (seen.robot == nullptr) ++misses;
-      if (seen.robot != nullptr) sum += shade(seen);
-    }
+double Renderer::row_offset(std::size_t actor) const {
+  if (actors_.at(actor).fixed || !is_placed_[actor] || exposure_.readout_s == 0.0) return 0.0;
+  const Placed& placed = places_[actor];
+  const Rectangle& area = placed.look().seen_area();
+  const Eigen::Vector2d middle = 0.5 * (area.min + area.max);
+  double since = placed.path().middle_s;
+  for (int i = 0; i < 5; ++i) {  // the row depends on where it is then; robots are slow against the readout
+    const Pose2 pose = placed.path().at(since);
+    const Eigen::Vector2d at = pose.position() + Eigen::Rotation2Dd(pose.yaw) * middle;
+    const auto pixel = camera_.project_map({at.x(), at.y(), placed.look().seen_height()});
+    if (!pixel || !camera_.contains(*pixel)) return 0.0;
+    since = exposure_.row(pixel->y());
   }
-  sum *= light_.vignette(at.x, at.y);
-  if (misses > 0) sum += static_cast<float>(misses) * behind(robots, pixel.centre, at);
-  put_pixel(mean_, at, sum / static_cast<float>(kSamples));
-  if (metres_.empty() || candidates.empty()) return;
-  const Seen seen = trace(candidates, kMidpoint, pixel.centre, limit);
-  if (seen.robot != nullptr)
-    metres_.at<float>(at) = static_cast<float>(seen.hit.distance * pixel.centre.dot(axis_));
+  return since;
 }
 
-/// The standing picture at a pixel, in the robots' contact shadows.
-Bgr Renderer::behind(const std::vector<const Placed*>& robots, const Eigen::Vector3d& direction,
-                     const cv::Point& at) const {
-  const bool on_floor = standing_.floor.at<std::uint8_t>(at) != 0;
-  const double left = on_floor ? shadow(robots, direction) : 1.0;
-  const auto& mean = standing_.mean.at<cv::Vec3w>(at);
-  return Bgr(mean[0], mean[1], mean[2]) * static_cast<float>(left / kGreyOne);
+/// Whether a body stands between the camera and a place in `map`.
+bool Renderer::hides(const Placed& other, const Eigen::Vector3d& place, double since_midpoint) const {
+  const Eigen::Vector3d eye = camera_.map_from_camera().translation();
+  const Pose2 pose = other.path().at(since_midpoint);
+  const Eigen::Rotation2Dd turn(-pose.yaw);
+  Ray ray;
+  ray.origin << turn * (eye.head<2>() - pose.position()), eye.z();
+  const Eigen::Vector3d direction = place - eye;
+  ray.direction << turn * direction.head<2>(), direction.z();
+  Hit hit;
+  hit.distance = 1.0 - 1e-6;
+  return std::any_of(other.look().solids().begin(), other.look().solids().end(),
+                     [&](const Solid& solid) { return intersect(solid, ray, hit); });
 }
 
-Renderer::Seen Renderer::trace(const std::vector<Candidate>& candidates, std::size_t sample,
-                               const Eigen::Vector3d& direction, double limit) const {
-  Seen seen;
-  seen.hit.distance = limit;
-  for (const Candidate& candidate : candidates) {
-    const Stance& stance = candidate.robot->stances[sample];
-    const Ray ray{stance.eye, stance.turned(direction)};
-    if (!intersect(std::span(candidate.solids.data(), candidate.count), ray, seen.hit)) continue;
-    seen.robot = candidate.robot;
-    seen.stance = &stance;
-    seen.ray = ray;
+double Renderer::visible(std::size_t actor) const {
+  const Placed* placed = actors_.at(actor).fixed || !is_placed_[actor] ? nullptr : &places_[actor];
+  for (const Placed& fixed : fixed_) {
+    if (fixed.actor() == actor) placed = &fixed;
   }
-  return seen;
-}
-
-Bgr Renderer::shade(const Seen& seen) const {
-  const Placed& robot = *seen.robot;
-  const Solid& solid = *seen.hit.solid;
-  if (seen.hit.face == Face::side) {
-    const Eigen::Vector3d normal = seen.stance->turned_back(seen.hit.normal);
-    return bgr(solid.side_rgb) * light_.on_side(robot.position.x(), robot.position.y(), normal);
+  if (placed == nullptr || !placed->body_seen()) return 0.0;
+  const auto meets = [&](const Placed& other) {
+    return &other != placed && other.body_seen() && other.body_rows().meets(placed->body_rows()) &&
+           other.body_columns().meets(placed->body_columns());
+  };
+  std::vector<const Placed*> others;
+  for (const Placed& other : fixed_) {
+    if (meets(other)) others.push_back(&other);
   }
-  if (solid.carries_picture) return plate(robot, seen.ray.origin + seen.hit.distance * seen.ray.direction);
-  return bgr(solid.top_rgb) * robot.light;
-}
-
-/// Colour of the top plate at a place of the robot frame: its picture, or the plate beside it.
-Bgr Renderer::plate(const Placed& robot, const Eigen::Vector3d& at) const {
-  const Texture& picture = robot.look->picture;
-  const Rectangle& area = robot.look->model->plate;
-  const double mpp = robot.look->metres_per_px;
-  const double row = 0.5 * (picture.height_px() - 1) - (at.x() - 0.5 * (area.min.x() + area.max.x())) / mpp;
-  const double column = 0.5 * (picture.width_px() - 1) - (at.y() - 0.5 * (area.min.y() + area.max.y())) / mpp;
-  if (row < -0.5 || column < -0.5 || row > picture.height_px() - 0.5 || column > picture.width_px() - 0.5) {
-    return robot.plate_color * robot.light;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (is_placed_[i] && meets(places_[i])) others.push_back(&places_[i]);
   }
-  return picture.sample(robot.level, static_cast<float>(column), static_cast<float>(row)) * robot.light;
-}
-
-/// Whether every sample of the pixel meets the plate's upper side and nothing before: nothing higher is near,
-/// and the middle ray meets the plate far enough from its edge.
-bool Renderer::only_plate(const Candidate& candidate, const Eigen::Vector3d& direction) {
-  const Solid& highest = *candidate.solids.front();
-  const Stance& stance = candidate.robot->stances[kMidpoint];
-  const Eigen::Vector3d down = stance.turned(direction);
-  if (!highest.carries_picture || down.z() >= 0.0 || stance.eye.z() <= highest.max.z()) return false;
-  const Eigen::Vector3d at = stance.eye + down * ((highest.max.z() - stance.eye.z()) / down.z());
-  const double along_plane = candidate.margin * down.norm() / -down.z();  // the margin is across the ray
-  return ((at - highest.min).head<2>().array() > along_plane).all() &&
-         ((highest.max - at).head<2>().array() > along_plane).all();
-}
-
-/// The sum of the samples of a pixel for which only_plate() holds.
-Bgr Renderer::plate_sum(const Candidate& candidate, const PixelRays& pixel) const {
-  const double top = candidate.solids.front()->max.z();
-  Bgr sum = Bgr::Zero();
-  for (std::size_t i = 0; i < kSamples; ++i) {
-    const Stance& stance = candidate.robot->stances[i];
-    const Eigen::Vector3d direction = stance.turned(pixel.sample(i));
-    sum += plate(*candidate.robot, stance.eye + direction * ((top - stance.eye.z()) / direction.z()));
+  const CameraParameters& parameters = camera_.parameters();
+  const bool whole = placed->body_rows().begin > 0 && placed->body_columns().begin > 0 &&
+                     placed->body_rows().end < parameters.height_px &&
+                     placed->body_columns().end < parameters.width_px;
+  if (whole && others.empty()) return 1.0;
+  constexpr int kPoints = 12;  // along each side
+  const double since = row_offset(actor);
+  const Pose2 pose = placed->path().at(since);
+  const Rectangle& area = placed->look().seen_area();
+  int seen = 0;
+  for (int i = 0; i < kPoints * kPoints; ++i) {
+    const Eigen::Vector2d share((i % kPoints + 0.5) / kPoints, (i / kPoints + 0.5) / kPoints);
+    const Eigen::Vector2d local = area.min + share.cwiseProduct(area.max - area.min);
+    const Eigen::Vector2d at = pose.position() + Eigen::Rotation2Dd(pose.yaw) * local;
+    const Eigen::Vector3d place(at.x(), at.y(), placed->look().seen_height());
+    const auto pixel = camera_.project_map(place);
+    if (!pixel || !camera_.contains(*pixel)) continue;
+    seen += std::none_of(others.begin(), others.end(),
+                         [&](const Placed* other) { return hides(*other, place, since); })
+                ? 1
+                : 0;
   }
-  return sum;
-}
-
-/// How much of the floor's light the robots' contact shadows leave where this ray meets the floor.
-double Renderer::shadow(const std::vector<const Placed*>& robots, const Eigen::Vector3d& direction) const {
-  double left = 1.0;
-  for (const Placed* robot : robots) {
-    const Stance& stance = robot->stances[kMidpoint];
-    const Eigen::Vector3d along = stance.turned(direction);
-    const Eigen::Vector2d point = (stance.eye - along * (stance.eye.z() / along.z())).head<2>();
-    double nearest = kShadowReach;
-    for (const Rectangle& part : robot->look->model->footprint) {
-      nearest = std::min(nearest, (part.min - point).cwiseMax(point - part.max).cwiseMax(0.0).norm());
-    }
-    const double closeness = 1.0 - nearest / kShadowReach;
-    left *= 1.0 - contact_shadow_ * closeness * closeness;
-  }
-  return left;
+  return static_cast<double>(seen) / (kPoints * kPoints);
 }
 
 }  // namespace skylight::sim

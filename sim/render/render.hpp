@@ -1,86 +1,101 @@
-// From the robots' poses to the light on a camera's sensor.
+// From the actors' poses to the light on a camera's sensor.
 //
-// In every frame only the robots' surroundings are traced, over the standing picture: sixteen rays a pixel,
-// spread over the pixel's area and, with it, over the exposure, so that edges and motion blur are the mean
-// over both. Sampling is symmetric about the pixel's centre and the exposure's midpoint: it shifts nothing.
+// In every frame only the actors' surroundings are traced, over the standing picture: sixteen rays a pixel,
+// spread over the pixel's area and, with it, over the exposure of its row, so that edges and motion blur are
+// the mean over both. Sampling is symmetric about the pixel's centre and the exposure's midpoint: it shifts
+// nothing. Shadows and mirrored lamps are soft; they are worked out once a pixel, or on a grid over a plate.
 //
-// The sensor is linear: grey levels are proportional to light (no gamma), as EMVA 1288 has it.
+// The sensor is linear: grey levels are proportional to light (no gamma), as EMVA 1288 has it. The light is
+// nominal here: level 1, no flicker.
 #pragma once
 
 #include <functional>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
 #include "sim/camera/camera_model.hpp"
-#include "sim/camera/noise.hpp"
 #include "sim/render/light.hpp"
+#include "sim/render/look.hpp"
+#include "sim/render/placed.hpp"
 #include "sim/render/rays.hpp"
-#include "sim/render/solids.hpp"
+#include "sim/render/rows.hpp"
 #include "sim/render/standing.hpp"
-#include "sim/render/textures.hpp"
-#include "sim/scenario/robot_model.hpp"
 #include "sim/scenario/scenario.hpp"
 #include "tracker/types.hpp"
 
 namespace skylight::sim {
 
-/// How a robot looks: its solids, and the picture on its plate.
-struct RobotLook {
-  const RobotModel* model = nullptr;
-  Texture picture;
-  double metres_per_px = 0.001;
+/// Anything in the room besides floor and walls as it is drawn: a robot, a thing, somebody. Without a look it
+/// is never seen.
+struct SceneActor {
+  std::shared_ptr<const Look> look;
+  bool fixed = false;  ///< never moves (a beam, an obstacle): drawn into the standing picture
 };
-
-/// Pose of a robot at a share of the exposure, 0 to 1; 0.5 is the midpoint.
-using PoseDuring = std::function<Pose2(std::size_t robot, double share)>;
 
 class Renderer {
  public:
-  /// The scene as it stands in the scenario, for one of its cameras. Draws the standing picture.
+  /// The scene as it stands in the scenario, for one of its cameras, without actors. Draws the standing
+  /// picture.
   Renderer(const Scenario& scenario, const CameraSpec& camera, const FloorTexture& floor);
 
-  /// Draws the robots; the results are valid until the next call.
-  void draw(const std::vector<RobotLook>& robots, const PoseDuring& pose);
+  /// What there is besides the room, from now on called by its place in this list; `now` is asked where the
+  /// fixed ones are. Draws the standing picture again if it changes.
+  void set_actors(std::vector<SceneActor> actors, const PoseAt& now);
+  /// The actor looks otherwise from now on. Quick, unless it is a fixed one. Throws std::out_of_range.
+  void set_look(std::size_t actor, std::shared_ptr<const Look> look);
+  /// The camera hangs otherwise from now on: draws the standing picture again.
+  void move_camera(const Eigen::Isometry3d& map_from_camera);
+  /// Bands of shadow in the following frames; they cost time only while there are some.
+  void set_passing_shadow(std::vector<PassingShadow> shadows);
+
+  /// Draws a frame; its results are valid until the next call of a function that is not const.
+  void draw(const PoseAt& pose);
 
   const cv::Mat& mean() const { return mean_; }  ///< CV_16UC3, 1/128 grey
   const cv::Mat& metres() const {
     return metres_;
-  }  ///< CV_32FC1, z-depth; 0 = nothing there; empty without depth
+  }  ///< CV_32FC1, z-depth; 0: nothing there; empty without depth
+
+  /// Share of the actor's decal (or, without one, of its highest upper side) that the camera saw in the last
+  /// frame, 0 to 1: within the picture and not hidden by another actor or a wall. Throws std::out_of_range.
+  double visible(std::size_t actor) const;
+  /// When the row that sees the middle of that area was exposed, in seconds from the frame's midpoint; 0
+  /// where no row does. Throws std::out_of_range.
+  double row_offset(std::size_t actor) const;
+
   const CameraModel& camera() const { return camera_; }
 
  private:
-  struct Placed;
-  struct Candidate;
-  struct Seen;
-  void restore();
-  Placed place(const RobotLook& look, std::size_t index, const PoseDuring& pose) const;
-  void draw_region(const std::vector<Placed>& placed, std::size_t index);
-  static void gather(const std::vector<const Placed*>& robots, const PixelRays& pixel,
-                     std::vector<Candidate>& candidates);
-  void draw_pixel(const std::vector<const Placed*>& robots, std::vector<Candidate>& candidates,
-                  const cv::Point& at);
-  Bgr behind(const std::vector<const Placed*>& robots, const Eigen::Vector3d& direction,
-             const cv::Point& at) const;
-  Seen trace(const std::vector<Candidate>& candidates, std::size_t sample, const Eigen::Vector3d& direction,
-             double limit) const;
-  Bgr shade(const Seen& seen) const;
-  Bgr plate(const Placed& robot, const Eigen::Vector3d& at) const;
-  static bool only_plate(const Candidate& candidate, const Eigen::Vector3d& direction);
-  Bgr plate_sum(const Candidate& candidate, const PixelRays& pixel) const;
-  double shadow(const std::vector<const Placed*>& robots, const Eigen::Vector3d& direction) const;
+  void draw_floor_again();
+  void draw_standing_again();
+  Scene scene() const;
+  void place_all(const PoseAt& pose);
+  std::vector<ShadowCaster> casters_above(const Placed& placed) const;
+  bool hides(const Placed& other, const Eigen::Vector3d& place, double since_midpoint) const;
 
+  RoomSpec room_;
+  FloorTexture floor_;
   CameraModel camera_;
   Light light_;
-  RayField rays_;
-  StandingPicture standing_;
+  Exposure exposure_;
   double contact_shadow_;
-  double sample_angle_;   ///< between neighbouring samples in the picture's middle, radians
-  Eigen::Vector3d eye_;   ///< the camera in `map`
-  Eigen::Vector3d axis_;  ///< its optical axis in `map`
+  double sample_angle_;  ///< between neighbouring samples in the picture's middle, radians
+  RayField rays_;
+  StandingPicture bare_;      ///< the floor alone
+  StandingPicture standing_;  ///< with walls and fixed actors
+  std::vector<SceneActor> actors_;
+  std::vector<std::optional<Pose2>> fixed_at_;  ///< by actor
+  std::shared_ptr<const Look> walls_;           ///< none where there are none
+  std::vector<Placed> fixed_;                   ///< as they stand, the walls first
+  std::vector<Placed> places_;                  ///< by actor, of the last frame
+  std::vector<bool> is_placed_;
+  std::vector<PassingShadow> passing_;
   cv::Mat mean_, metres_;
-  std::vector<cv::Rect> drawn_;  ///< regions that differ from the standing picture
+  std::vector<std::vector<Span>> changed_;  ///< by row: what differs from the standing picture
 };
 
 }  // namespace skylight::sim

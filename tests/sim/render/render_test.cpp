@@ -8,6 +8,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "sim/camera/noise.hpp"
+
 namespace skylight::sim {
 namespace {
 
@@ -20,6 +22,7 @@ Scenario dark_room() {
   scenario.room.floor.color_rgb = {0.0, 0.0, 0.0};
   scenario.light.gradient = 0.0;
   scenario.light.contact_shadow = 0.0;
+  scenario.light.lamps.clear();
   CameraSpec& camera = scenario.cameras.front();
   camera.vignetting = 0.0;
   camera.depth.enabled = true;
@@ -42,7 +45,7 @@ struct DiscRobot {
   double radius = 0.045;
   RobotModel model = robot_model(RobotModelName::waffle_pi);
 
-  RobotLook look() {
+  std::shared_ptr<const Look> look() {
     Solid plate;
     for (const Solid& solid : model.solids) {
       if (solid.carries_picture) plate = solid;
@@ -62,7 +65,7 @@ struct DiscRobot {
                static_cast<int>(std::lround(radius / kMetresPerPx * 4.0 * 256)), cv::Scalar::all(200),
                cv::FILLED, cv::LINE_8, 8);
     cv::resize(large, picture, picture.size(), 0, 0, cv::INTER_AREA);
-    return {&model, Texture(picture, false), kMetresPerPx};
+    return std::make_shared<const Look>(body_of({&model, Texture(picture, false), kMetresPerPx}));
   }
 
   /// Centroid of the disc's image for this pose: points of the disc projected by OpenCV, weighted with the
@@ -122,10 +125,22 @@ Eigen::Vector2d centroid(const cv::Mat& mean, const Eigen::Vector2d& near) {
   return sum > 0.0 ? Eigen::Vector2d(moment / sum) : Eigen::Vector2d(-1e9, -1e9);
 }
 
+PoseAt stays(const Pose2& pose) {
+  return [pose](std::size_t, double) { return pose; };
+}
+
+/// Draws bodies that move from one frame to the next.
+Renderer renderer_of(const Scenario& scenario, const std::vector<std::shared_ptr<const Look>>& looks) {
+  Renderer renderer(scenario, scenario.cameras.front(), black_floor());
+  std::vector<SceneActor> actors;
+  for (const auto& look : looks) actors.push_back({look});
+  renderer.set_actors(actors, stays({}));
+  return renderer;
+}
+
 double worst_error(const Scenario& scenario) {
   DiscRobot robot;
-  const std::vector<RobotLook> looks{robot.look()};
-  Renderer renderer(scenario, scenario.cameras.front(), black_floor());
+  Renderer renderer = renderer_of(scenario, {robot.look()});
   const CameraSpec& camera = scenario.cameras.front();
   double worst = 0.0;
   int i = 0;
@@ -139,7 +154,7 @@ double worst_error(const Scenario& scenario) {
           expected.cwiseMin(Eigen::Vector2d(camera.width_px, camera.height_px) - expected);
       if (margin.minCoeff() < 30.0) continue;
       ++judged;
-      renderer.draw(looks, [&](std::size_t, double) { return pose; });
+      renderer.draw(stays(pose));
       const Eigen::Vector2d found = centroid(renderer.mean(), expected);
       worst = std::max(worst, (found - expected).norm());
     }
@@ -169,16 +184,15 @@ TEST(Renderer, PutsItThereThroughAFisheyeToo) {
 TEST(Renderer, CentresMotionBlurOnTheMidpointOfTheExposure) {
   const Scenario scenario = dark_room();
   DiscRobot robot;
-  const std::vector<RobotLook> looks{robot.look()};
-  Renderer renderer(scenario, scenario.cameras.front(), black_floor());
+  Renderer renderer = renderer_of(scenario, {robot.look()});
   double widest = 0.0;
   for (int i = 0; i < 24; ++i) {
     const double direction = 0.7 * i;
     const Pose2 middle{-2.0 + 0.17 * i, 1.5 - 0.11 * i, wrap_angle(0.5 * i)};
     const double blur_m = 0.03;  // 2.7 px: far more than any robot of the library makes
     const double turn = 0.05;
-    renderer.draw(looks, [&](std::size_t, double share) {
-      const double s = share - 0.5;
+    renderer.draw([&](std::size_t, double since) {
+      const double s = since / scenario.cameras[0].exposure_s;
       return Pose2{middle.x + blur_m * s * std::cos(direction), middle.y + blur_m * s * std::sin(direction),
                    wrap_angle(middle.yaw + turn * s)};
     });
@@ -194,10 +208,11 @@ TEST(Renderer, BlursAMovingEdgeOverItsWholePath) {
   const Scenario scenario = dark_room();
   DiscRobot robot;
   robot.radius = 0.1;
-  const std::vector<RobotLook> looks{robot.look()};
-  Renderer renderer(scenario, scenario.cameras.front(), black_floor());
+  Renderer renderer = renderer_of(scenario, {robot.look()});
   const auto grey_pixels = [&](double blur_m) {
-    renderer.draw(looks, [&](std::size_t, double share) { return Pose2{blur_m * (share - 0.5), 0.0, 0.0}; });
+    renderer.draw([&](std::size_t, double since) {
+      return Pose2{blur_m * since / scenario.cameras[0].exposure_s, 0.0, 0.0};
+    });
     int count = 0;
     for (int x = 420; x < 540; ++x) {
       const int value = renderer.mean().at<cv::Vec3w>(265, x)[1] / kGreyOne;
@@ -214,10 +229,9 @@ TEST(Renderer, DepthOfFloorAndPlateIsTheirDistanceAlongTheAxis) {
   scenario.cameras[0].rpy_deg = {6.0, 4.0, 20.0};
   const CameraSpec& spec = scenario.cameras[0];
   DiscRobot robot;
-  const std::vector<RobotLook> looks{robot.look()};
-  Renderer renderer(scenario, spec, black_floor());
+  Renderer renderer = renderer_of(scenario, {robot.look()});
   const Pose2 pose{1.0, -0.6, 0.4};
-  renderer.draw(looks, [&](std::size_t, double) { return pose; });
+  renderer.draw(stays(pose));
   const Eigen::Isometry3d map_from_optical = map_from_camera(spec);
   const cv::Matx33d k(spec.fx_px, 0, 0.5 * (spec.width_px - 1), 0, spec.fy_px, 0.5 * (spec.height_px - 1), 0,
                       0, 1);
@@ -256,11 +270,11 @@ TEST(Renderer, TheLidarLeansAwayFromTheCamerasFootAndHidesThePictureThere) {
   camera.fx_px = camera.fy_px = 700.0;
   const RobotModel& model = robot_model(RobotModelName::waffle_pi);
   const cv::Mat white(266, 266, CV_8UC3, cv::Scalar::all(220));
-  const std::vector<RobotLook> looks{{&model, Texture(white, false), 0.001}};
-  Renderer renderer(scenario, scenario.cameras.front(), black_floor());
+  Renderer renderer =
+      renderer_of(scenario, {std::make_shared<const Look>(body_of({&model, Texture(white, false), 0.001}))});
   for (const double x : {-2.0, 2.0}) {
     const Pose2 pose{x, 0.0, 0.9};
-    renderer.draw(looks, [&](std::size_t, double) { return pose; });
+    renderer.draw(stays(pose));
     const Eigen::Vector2d tower = pose.position() + Eigen::Rotation2Dd(pose.yaw) * model.lidar_m;
     const auto foot = renderer.camera().project_map({tower.x(), tower.y(), model.plate_height_m});
     ASSERT_TRUE(foot);
@@ -283,24 +297,20 @@ TEST(Renderer, TheLidarLeansAwayFromTheCamerasFootAndHidesThePictureThere) {
 TEST(Renderer, ARobotNextToAnotherHidesItOnlyWhereItIsNearer) {
   const Scenario scenario = dark_room();
   DiscRobot bright;
-  DiscRobot dark;
-  const RobotLook disc = bright.look();
-  RobotLook tall = dark.look();
-  dark.model.solids[0].max.z() = 1.0;  // a black pillar
-  dark.model.solids[0].min.z() = 0.0;
-  dark.model.solids[0].carries_picture = false;
-  dark.model.solids[0].top_rgb = {0.0, 0.0, 0.0};
-  Renderer renderer(scenario, scenario.cameras.front(), black_floor());
+  const auto disc = bright.look();
+  const Solid pillar{SolidKind::box, {-0.197, -0.133, 0.0}, {0.069, 0.133, 1.0}, {}, {}, false};  // black
+  const auto tall = std::make_shared<const Look>(Body{{pillar}, std::nullopt, 0.0});
+  Renderer renderer = renderer_of(scenario, {disc, tall});
   const std::array<Pose2, 2> poses{Pose2{2.0, 0.0, 0.0}, Pose2{1.7, 0.0, 0.0}};
-  const auto light = [&](const std::vector<RobotLook>& looks) {
-    renderer.draw(looks, [&](std::size_t i, double) { return poses[i]; });
+  const auto light = [&](std::size_t shown) {
+    renderer.draw([&](std::size_t i, double) { return i < shown ? std::optional(poses[i]) : std::nullopt; });
     return cv::sum(renderer.mean())[1];
   };
-  const double alone = light({disc});
+  const double alone = light(1);
   ASSERT_GT(alone, 0.0);
-  EXPECT_LT(light({disc, tall}), 0.2 * alone);  // the pillar towards the camera covers the disc
+  EXPECT_LT(light(2), 0.2 * alone);  // the pillar towards the camera covers the disc
   const std::array<Pose2, 2> other_way{Pose2{2.0, 0.0, 0.0}, Pose2{2.4, 0.0, 0.0}};
-  renderer.draw({disc, tall}, [&](std::size_t i, double) { return other_way[i]; });
+  renderer.draw([&](std::size_t i, double) { return other_way[i]; });
   double visible = 0.0;
   const auto near = renderer.camera().project_map({1.98, 0.05, 0.104});
   for (int dy = -8; dy <= 8; ++dy) {
@@ -315,12 +325,11 @@ TEST(Renderer, ARobotNextToAnotherHidesItOnlyWhereItIsNearer) {
 TEST(Renderer, LeavesNoTraceOfWhereRobotsWere) {
   const Scenario scenario;
   DiscRobot robot;
-  const std::vector<RobotLook> looks{robot.look()};
-  Renderer renderer(scenario, scenario.cameras.front(), black_floor());
+  Renderer renderer = renderer_of(scenario, {robot.look()});
   const cv::Mat before = renderer.mean().clone();
-  renderer.draw(looks, [&](std::size_t, double) { return Pose2{1.0, 1.0, 0.0}; });
+  renderer.draw(stays({1.0, 1.0, 0.0}));
   EXPECT_GT(cv::norm(before, renderer.mean(), cv::NORM_INF), 0.0);
-  renderer.draw({}, [&](std::size_t, double) { return Pose2{}; });
+  renderer.draw([](std::size_t, double) { return std::nullopt; });
   EXPECT_EQ(cv::norm(before, renderer.mean(), cv::NORM_INF), 0.0);
 }
 
