@@ -26,6 +26,7 @@ struct DriveLimits {
   double max_speed_mps = 0.26;
   double max_side_mps = 0.0;  ///< 0 unless holonomic
   double max_yaw_rate_radps = 1.82;
+  double max_yaw_acceleration_radps2 = 3.2;
   double reach_m = 0.24;  ///< from base_link to the farthest corner of the robot's outline
 };
 

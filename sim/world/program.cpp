@@ -239,14 +239,18 @@ std::optional<Command> Program::follow(const CircleStep& step, const ProgramCont
   return follow(Curve{side, step.radius_m, step.speed_mps, remaining, current_->goes_on}, context);
 }
 
-/// Both circles touch where the step began, however often it goes round: what it is off does not add up.
+/// Both circles touch where the step began, however often it goes round: what it is off does not add up. Its
+/// motors need a while to turn it the other way: it begins half of that while before.
 std::optional<Command> Program::follow(const FigureEightStep& step, const ProgramContext& context) {
+  const double change_s = 2.0 * step.speed_mps / step.radius_m / limits_.max_yaw_acceleration_radps2;
   for (int circle = 0; circle < 2; ++circle) {
     const bool last = current_->second_circle && step.rounds != 0 && current_->rounds + 1 == step.rounds;
     const double side = current_->second_circle ? -1.0 : 1.0;
     const double remaining = current_->second_circle ? current_->turned_rad : kRound - current_->turned_rad;
     const auto command =
-        follow(Curve{side, step.radius_m, step.speed_mps, remaining, !last || current_->goes_on}, context);
+        follow(Curve{side, step.radius_m, step.speed_mps, remaining, !last || current_->goes_on,
+                     last ? 0.0 : 0.5 * change_s * step.speed_mps},
+               context);
     if (command || last) return command;
     if (current_->second_circle) ++current_->rounds;
     current_->second_circle = !current_->second_circle;
@@ -256,7 +260,7 @@ std::optional<Command> Program::follow(const FigureEightStep& step, const Progra
 
 std::optional<Command> Program::follow(const Curve& curve, const ProgramContext& context) const {
   const double remaining = curve.remaining_rad * curve.radius_m;
-  if (remaining < kArrived) return std::nullopt;
+  if (remaining < std::max(kArrived, curve.early_m)) return std::nullopt;
   const Pose2& start = current_->start;
   const Eigen::Vector2d left(-std::sin(start.yaw), std::cos(start.yaw));
   const Eigen::Vector2d outward =

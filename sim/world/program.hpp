@@ -69,6 +69,7 @@ class Program {
     double speed_mps;
     double remaining_rad;
     bool goes_on;
+    double early_m = 0.0;  ///< it is left so long before its end
   };
 
   static const ProgramStep* advance(std::vector<Level>& levels);

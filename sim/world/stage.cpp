@@ -69,7 +69,8 @@ RobotRun make_run(const Scenario& scenario, const RobotSpec& spec, std::size_t i
   const RobotModel& model = robot_model(spec.model);
   const auto steps = with_runs_inlined(spec.program, scenario.programs);
   const Outline outline = robot_outline(model);
-  DriveLimits limits{model.max_speed_mps, model.max_side_speed_mps, model.max_yaw_rate_radps, 0.0};
+  DriveLimits limits{model.max_speed_mps, model.max_side_speed_mps, model.max_yaw_rate_radps,
+                     model.max_yaw_acceleration_radps2, 0.0};
   for (const Eigen::Vector2d& corner : outline) limits.reach_m = std::max(limits.reach_m, corner.norm());
   return {.program = Program(steps, limits, mixed(mixed(scenario.seed, kProgramStream), index)),
           .odometry = Odometry(spec.odometry, model, mixed(mixed(scenario.seed, kOdometryStream), index)),

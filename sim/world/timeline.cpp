@@ -26,13 +26,16 @@ Duration Timeline::end() const {
 }
 
 BodyState Timeline::at(std::size_t actor, Duration time) const {
-  const double place = to_seconds(time) / to_seconds(World::kStep) - static_cast<double>(first_);
-  const double last = static_cast<double>(steps_.size()) - 2.0;
-  const double index = std::clamp(std::floor(place), 0.0, std::max(0.0, last));
-  const auto i = static_cast<std::size_t>(index);
-  const double part = i + 1 < steps_.size() ? std::clamp(place - index, 0.0, 1.0) : 0.0;
-  const auto state_at = [&](std::size_t step) {
-    const auto& states = steps_[step].states;
+  // In whole nanoseconds: at a step's own time it is that step's state.
+  const auto last = static_cast<std::int64_t>(steps_.size()) - 1;
+  const std::int64_t step = std::clamp<std::int64_t>(time / World::kStep - first_, 0, last);
+  const auto i = static_cast<std::size_t>(step);
+  const double part =
+      step < last
+          ? std::clamp(to_seconds(time - (first_ + step) * World::kStep) / to_seconds(World::kStep), 0.0, 1.0)
+          : 0.0;
+  const auto state_at = [&](std::size_t k) {
+    const auto& states = steps_[k].states;
     return actor < states.size() ? states[actor] : BodyState{.present = false};
   };
   if (part >= 1.0) return state_at(i + 1);
