@@ -14,7 +14,7 @@ namespace {
 // Gives its first frame twice over: once to look at, then again in its turn.
 class PeekedFrames final : public FrameSource {
  public:
-  explicit PeekedFrames(std::unique_ptr<FrameSource> inner)
+  explicit PeekedFrames(std::shared_ptr<FrameSource> inner)
       : inner_(std::move(inner)), first_(inner_->next()) {}
 
   const std::optional<Frame>& first() const { return first_; }
@@ -26,9 +26,13 @@ class PeekedFrames final : public FrameSource {
     return inner_->next();
   }
   std::uint64_t bad_frames() const override { return inner_->bad_frames(); }
+  Time delivered() const override { return inner_->delivered(); }
+  std::optional<double> speed() const override { return inner_->speed(); }
+  void stamped(Time at) override { inner_->stamped(at); }
+  void interrupt() override { inner_->interrupt(); }
 
  private:
-  std::unique_ptr<FrameSource> inner_;
+  std::shared_ptr<FrameSource> inner_;
   std::optional<Frame> first_;
   bool given_ = false;
 };
@@ -48,36 +52,44 @@ FileSourceOptions file_options(const std::optional<double>& start_s, double fram
           .camera = camera};
 }
 
-struct OpenSource {
-  const std::vector<NamedCamera>& cameras;
+std::shared_ptr<FrameSource> open_files(const Config& config, const std::vector<NamedCamera>& cameras) {
+  if (const auto* video = std::get_if<VideoSource>(&config.source.input)) {
+    return std::make_shared<VideoFrames>(
+        video->path, file_options(video->start_s, 0.0, video->loop, camera_index(cameras, video->camera)));
+  }
+  const auto& folder = std::get<FolderSource>(config.source.input);
+  return std::make_shared<FolderFrames>(
+      folder.path,
+      file_options(folder.start_s, folder.frame_rate_hz, folder.loop, camera_index(cameras, folder.camera)));
+}
 
-  std::unique_ptr<FrameSource> operator()(const SimulatorSource& s) const {
-    return std::make_unique<SimulatorFrames>(s.scenario, s.seed);
-  }
-  std::unique_ptr<FrameSource> operator()(const VideoSource& s) const {
-    return std::make_unique<VideoFrames>(
-        s.path, file_options(s.start_s, 0.0, s.loop, camera_index(cameras, s.camera)));
-  }
-  std::unique_ptr<FrameSource> operator()(const FolderSource& s) const {
-    return std::make_unique<FolderFrames>(
-        s.path, file_options(s.start_s, s.frame_rate_hz, s.loop, camera_index(cameras, s.camera)));
-  }
-};
-
-// What the scenario says of cameras, appearances and robots, where the configuration is silent.
-void take_from_scenario(const Config& config, Assembly& assembly) {
-  const SimulatorFrames& simulator = *assembly.simulator;
+// What the scenario says of cameras, appearances and robots, where the configuration is silent. A robot that
+// nothing tells apart cannot be registered.
+void take_from_scenario(const Config& config, const SimulatorFrames& simulator, Assembly& assembly) {
   if (config.cameras.empty()) {
     for (const SimulatedCamera& camera : simulator.cameras())
       assembly.cameras.push_back({camera.id, camera.model});
   }
-  for (const SimulatedRobot& robot : simulator.robots())
-    assembly.appearances.emplace(robot.id, robot.appearance);
-  if (!config.robots.empty()) return;
   for (const SimulatedRobot& robot : simulator.robots()) {
+    if (!robot.appearance) continue;
+    assembly.appearances.emplace(robot.appearance->id(), robot.appearance);
+    if (!config.robots.empty()) continue;
     RobotConfig as_configured{.id = robot.id, .method = config.tracker.method};
     assembly.robots.push_back(robot_spec(as_configured, robot.appearance));
   }
+}
+
+// By its name; a simulated robot that names none has its own.
+std::shared_ptr<const Appearance> appearance_of(const RobotConfig& robot, const SimulatorFrames* simulator,
+                                                const Appearances& appearances) {
+  const std::string& name = robot.appearance.value_or(robot.id);
+  if (const auto at = appearances.find(name); at != appearances.end()) return at->second;
+  if (simulator != nullptr && !robot.appearance) {
+    for (const SimulatedRobot& simulated : simulator->robots()) {
+      if (simulated.id == robot.id && simulated.appearance) return simulated.appearance;
+    }
+  }
+  throw std::invalid_argument("robot '" + robot.id + "': there is no appearance '" + name + "'");
 }
 
 // Appearances of the configuration; those cut from a frame look at the source's first one.
@@ -127,29 +139,50 @@ std::shared_ptr<const Appearance> make_appearance(const AppearanceConfig& config
   return std::make_shared<const Appearance>(config.id, picture);
 }
 
-Assembly assemble(const Config& config) {
-  Assembly assembly{
-      .source = nullptr, .cameras = {}, .appearances = {}, .robots = {}, .tracker = tracker_config(config)};
+namespace {
+
+// `simulator`: what the source shows, where it is the simulator.
+Assembly assemble(const Config& config, std::shared_ptr<FrameSource> source,
+                  const SimulatorFrames* simulator) {
+  Assembly assembly{.source = std::move(source),
+                    .cameras = {},
+                    .appearances = {},
+                    .robots = {},
+                    .tracker = tracker_config(config)};
   for (const CameraConfig& camera : config.cameras)
     assembly.cameras.push_back({camera.id, camera_model(camera)});
-  assembly.source = std::visit(OpenSource{assembly.cameras}, config.source.input);
-  if (const auto* simulator = std::get_if<SimulatorSource>(&config.source.input)) {
-    assembly.simulator = static_cast<SimulatorFrames*>(assembly.source.get());
-    assembly.speed = simulator->speed;
-    take_from_scenario(config, assembly);
+  if (simulator != nullptr) {
+    take_from_scenario(config, *simulator, assembly);
+  } else {
+    assembly.source = open_files(config, assembly.cameras);
   }
   const auto cut_poses = add_appearances(config, assembly);
   for (const RobotConfig& robot : config.robots) {
-    const std::string& appearance = robot.appearance.value_or(robot.id);
-    const auto at = assembly.appearances.find(appearance);
-    if (at == assembly.appearances.end())
-      throw std::invalid_argument("robot '" + robot.id + "': there is no appearance '" + appearance + "'");
-    RobotSpec spec = robot_spec(robot, at->second);
-    if (const auto cut = cut_poses.find(appearance); cut != cut_poses.end() && !spec.initial_pose)
-      spec.initial_pose = cut->second;
+    RobotSpec spec = robot_spec(robot, appearance_of(robot, simulator, assembly.appearances));
+    const auto cut = cut_poses.find(robot.appearance.value_or(robot.id));
+    if (cut != cut_poses.end() && !spec.initial_pose) spec.initial_pose = cut->second;
     assembly.robots.push_back(std::move(spec));
   }
   return assembly;
+}
+
+}  // namespace
+
+Assembly assemble(const Config& config) {
+  const auto* simulated = std::get_if<SimulatorSource>(&config.source.input);
+  if (simulated == nullptr) return assemble(config, nullptr, nullptr);
+  auto simulator = std::make_unique<SimulatorFrames>(simulated->scenario, simulated->seed);
+  return assemble(config, std::make_shared<LiveSimulator>(std::move(simulator), simulated->speed));
+}
+
+Assembly assemble(const Config& config, std::shared_ptr<LiveSimulator> live) {
+  Assembly assembly = assemble(config, live, &live->shows());
+  assembly.live = std::move(live);
+  return assembly;
+}
+
+Assembly assemble(const Config& config, std::shared_ptr<SimulatorFrames> simulator) {
+  return assemble(config, simulator, simulator.get());
 }
 
 Tracker make_tracker(const Assembly& assembly) {
@@ -158,6 +191,10 @@ Tracker make_tracker(const Assembly& assembly) {
   Tracker tracker(std::move(models), assembly.tracker);
   for (const RobotSpec& robot : assembly.robots) tracker.add(robot);
   return tracker;
+}
+
+PipelineParts pipeline_parts(const Assembly& assembly) {
+  return {.source = assembly.source, .cameras = assembly.cameras, .tracker = make_tracker(assembly)};
 }
 
 }  // namespace skylight::service

@@ -6,25 +6,44 @@
 namespace skylight::service {
 namespace {
 
-// When a frame of a recorded or simulated source is due, on the wall's clock. A source that cannot keep up
-// does not pile up a debt: what was lost is lost, and its time goes on from now.
+// What a frame of a recorded or simulated source is on the wall's clock. A source that cannot keep up does
+// not pile up a debt, nor one that was paused: what was lost is lost, and its time goes on from now.
 class Pacer {
  public:
-  Pacer(Time now, double speed) : base_(now), speed_(speed) {}
+  explicit Pacer(Time now) : wall_(now) {}
 
-  Time due(Time captured, Time now) {
+  struct Due {
+    Time captured;
+    Time delivered;
+  };
+
+  /// `delivered` before all time: with its capture. A camera whose clock is wrong stamps wrongly, and is
+  /// paced all the same by when its frames arrive.
+  Due due(Time captured, Time delivered, Time now, double speed) {
     constexpr Duration kTolerated = std::chrono::milliseconds(200);
-    if (!first_) first_ = captured;
-    const Duration since{
-        static_cast<Duration::rep>(static_cast<double>((captured - *first_).count()) / speed_)};
-    if (now - (base_ + since) > kTolerated) base_ = now - since;
-    return base_ + since;
+    const Time arrives = delivered == Time::min() ? captured : delivered;
+    if (!begun_) source_ = arrives;
+    begun_ = true;
+    Due due{on_wall(captured, speed), on_wall(arrives, speed)};
+    if (const Duration late = now - due.delivered; late > kTolerated) {
+      due.captured += late;
+      due.delivered += late;
+    }
+    source_ = arrives;
+    wall_ = due.delivered;
+    return due;
   }
 
  private:
-  Time base_;
-  double speed_;
-  std::optional<Time> first_;
+  Time on_wall(Time source, double speed) const {
+    return wall_ +
+           Duration{static_cast<Duration::rep>(static_cast<double>((source - source_).count()) / speed)};
+  }
+
+  // The same instant on both clocks: the newest frame's.
+  bool begun_ = false;
+  Time source_{};
+  Time wall_;
 };
 
 std::exception_ptr stopping() {
@@ -49,43 +68,75 @@ const CameraSnapshot* Snapshot::camera(std::string_view id) const {
   return at == cameras.end() ? nullptr : &*at;
 }
 
-Pipeline::Pipeline(std::unique_ptr<FrameSource> source, std::vector<NamedCamera> cameras, Tracker tracker,
-                   PipelineOptions options)
-    : options_(std::move(options)),
-      source_(std::move(source)),
-      tracker_(std::move(tracker)),
-      dropped_(cameras.size()),
-      unreadable_(cameras.size()),
-      recent_(cameras.size()) {
-  for (NamedCamera& camera : cameras) {
-    next_.cameras.push_back({.id = std::move(camera.id),
-                             .model = std::make_shared<const CameraModel>(camera.model),
-                             .image = {}});
-  }
-  for (const RobotSpec& spec : tracker_.robots()) specs_.push_back(std::make_shared<const RobotSpec>(spec));
-  publish();
+Pipeline::Pipeline(PipelineParts parts, PipelineOptions options)
+    : options_(std::move(options)), source_(std::move(parts.source)), tracker_(std::move(parts.tracker)) {
+  install(std::move(parts.cameras));
 }
 
 Pipeline::~Pipeline() {
   stop();
 }
 
+// Everything that is one per camera or robot, as at the beginning. Without threads.
+void Pipeline::install(std::vector<NamedCamera> cameras) {
+  newest_.reset();
+  source_state_ = SourceState::starting;
+  source_error_.clear();
+  dropped_.assign(cameras.size(), 0);
+  unreadable_.assign(cameras.size(), 0);
+  recent_.assign(cameras.size(), {});
+  bad_source_frames_ = 0;
+  next_ = Snapshot{.sequence = next_.sequence, .source_error = {}, .robots = {}, .cameras = {}};
+  for (NamedCamera& camera : cameras) {
+    next_.cameras.push_back({.id = std::move(camera.id),
+                             .model = std::make_shared<const CameraModel>(camera.model),
+                             .image = {}});
+  }
+  take_specs();
+  publish();
+}
+
 void Pipeline::start() {
+  const std::lock_guard running(running_mutex_);
+  running_ = true;
+  launch();
+}
+
+void Pipeline::stop() {
+  const std::lock_guard running(running_mutex_);
+  halt();
+  const std::lock_guard lock(mutex_);
+  stopped_ = true;
+  for (Change& change : changes_) change.done.set_exception(stopping());
+  changes_.clear();
+}
+
+void Pipeline::restart(PipelineParts parts) {
+  const std::lock_guard running(running_mutex_);
+  halt();
+  const std::unique_lock lock(mutex_);
+  if (stopped_) std::rethrow_exception(stopping());
+  source_ = std::move(parts.source);
+  tracker_ = std::move(parts.tracker);
+  install(std::move(parts.cameras));
+  halting_ = false;
+  if (running_) launch();
+}
+
+void Pipeline::launch() {
   capture_thread_ = std::thread([this] { capture(); });
   track_thread_ = std::thread([this] { track(); });
 }
 
-void Pipeline::stop() {
+void Pipeline::halt() {
   {
     const std::lock_guard lock(mutex_);
-    stopping_ = true;
+    halting_ = true;
   }
+  source_->interrupt();
   wake_.notify_all();
   if (capture_thread_.joinable()) capture_thread_.join();
   if (track_thread_.joinable()) track_thread_.join();
-  const std::lock_guard lock(mutex_);
-  for (Change& change : changes_) change.done.set_exception(stopping());  // of a pipeline that never started
-  changes_.clear();
 }
 
 std::shared_ptr<const Snapshot> Pipeline::snapshot() const {
@@ -97,7 +148,7 @@ void Pipeline::change(const std::function<void(Tracker&)>& change) {
   std::future<void> done;
   {
     const std::lock_guard lock(mutex_);
-    if (stopping_) std::rethrow_exception(stopping());
+    if (stopped_) std::rethrow_exception(stopping());
     changes_.push_back({&change, {}});
     done = changes_.back().done.get_future();
   }
@@ -125,13 +176,16 @@ void Pipeline::capture() {
 }
 
 void Pipeline::capture_frames() {
-  Pacer pacer(now(), options_.speed);
+  Pacer pacer(now());
   std::size_t camera = 0;
   while (auto frame = source_->next()) {
     camera = frame->camera;
     // In whole microseconds, as on the wire: an instant that a client read there is this very one.
-    frame->captured = std::chrono::floor<std::chrono::microseconds>(pacer.due(frame->captured, now()));
-    if (!wait_until(frame->captured)) return;
+    const auto due =
+        pacer.due(frame->captured, source_->delivered(), now(), source_->speed().value_or(options_.speed));
+    frame->captured = std::chrono::floor<std::chrono::microseconds>(due.captured);
+    if (!wait_until(due.delivered)) return;
+    source_->stamped(frame->captured);
     {
       const std::lock_guard lock(mutex_);
       if (newest_ && newest_->camera < dropped_.size()) ++dropped_[newest_->camera];
@@ -154,12 +208,12 @@ void Pipeline::count_unreadable(std::size_t camera) {
   bad_source_frames_ = so_far;
 }
 
-// False when the pipeline stops meanwhile.
+// False when the threads are to leave meanwhile.
 bool Pipeline::wait_until(Time due) {
   std::unique_lock lock(mutex_);
   const Duration left = due - now();
-  if (left > Duration::zero()) wake_.wait_for(lock, left, [this] { return stopping_; });
-  return !stopping_;
+  if (left > Duration::zero()) wake_.wait_for(lock, left, [this] { return halting_; });
+  return !halting_;
 }
 
 void Pipeline::track() {
@@ -169,7 +223,8 @@ void Pipeline::track() {
     {
       std::unique_lock lock(mutex_);
       const SourceState shown = next_.source;
-      wake_.wait(lock, [&] { return stopping_ || newest_ || !changes_.empty() || source_state_ != shown; });
+      wake_.wait(lock, [&] { return halting_ || newest_ || !changes_.empty() || source_state_ != shown; });
+      if (halting_) return;  // changes wait for who comes next, or for stop()
       frame.swap(newest_);
       changes.swap(changes_);
       next_.source = source_state_;
@@ -177,10 +232,6 @@ void Pipeline::track() {
       for (std::size_t i = 0; i < dropped_.size(); ++i) {
         next_.cameras[i].dropped = dropped_[i];
         next_.cameras[i].bad_frames += std::exchange(unreadable_[i], 0);
-      }
-      if (stopping_) {
-        for (Change& change : changes) change.done.set_exception(stopping());
-        return;
       }
     }
     if (frame) process(*frame);
@@ -227,12 +278,16 @@ void Pipeline::run_changes(std::vector<Change>& changes) {
       failures.push_back(std::current_exception());
     }
   }
-  specs_.clear();
-  for (const RobotSpec& spec : tracker_.robots()) specs_.push_back(std::make_shared<const RobotSpec>(spec));
+  take_specs();
   publish();
   for (std::size_t i = 0; i < changes.size(); ++i) {
     failures[i] ? changes[i].done.set_exception(failures[i]) : changes[i].done.set_value();
   }
+}
+
+void Pipeline::take_specs() {
+  specs_.clear();
+  for (const RobotSpec& spec : tracker_.robots()) specs_.push_back(std::make_shared<const RobotSpec>(spec));
 }
 
 void Pipeline::publish() {

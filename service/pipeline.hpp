@@ -28,23 +28,32 @@ struct NamedCamera {
   CameraModel model;
 };
 
+/// What a pipeline runs over: the source, its cameras and the tracker for them, in the same order.
+struct PipelineParts {
+  std::shared_ptr<FrameSource> source;
+  std::vector<NamedCamera> cameras;
+  Tracker tracker;
+};
+
 struct PipelineOptions {
   Clock clock = system_now;
-  double speed = 1.0;  ///< of a recorded or simulated source against real time, > 0
+  double speed = 1.0;  ///< of a recorded source against real time, > 0; where the source has no speed itself
   std::function<void(const std::string&)> log = {};
 };
 
 class Pipeline {
  public:
-  /// `cameras` in the order of the tracker's.
-  Pipeline(std::unique_ptr<FrameSource> source, std::vector<NamedCamera> cameras, Tracker tracker,
-           PipelineOptions options);
+  Pipeline(PipelineParts parts, PipelineOptions options);
   ~Pipeline();
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
   void start();
   void stop();
+  /// Goes on over something else, running if it ran: readers find the new cameras and robots in the next
+  /// snapshot, older snapshots stay whole. Changes that wait are made to the new tracker. Throws
+  /// std::runtime_error when the pipeline is stopped.
+  void restart(PipelineParts parts);
 
   std::shared_ptr<const Snapshot> snapshot() const;
   Time now() const { return options_.clock(); }
@@ -60,19 +69,26 @@ class Pipeline {
     std::promise<void> done;
   };
 
+  void launch();
+  void halt();
+  void install(std::vector<NamedCamera> cameras);
   void capture();
   void capture_frames();
   void count_unreadable(std::size_t camera);
   void track();
   void process(const Frame& frame);
   void run_changes(std::vector<Change>& changes);
+  void take_specs();
   void publish();
   bool wait_until(Time due);
   void set_source(SourceState state, const std::string& error);
 
   PipelineOptions options_;
-  std::unique_ptr<FrameSource> source_;
+  std::shared_ptr<FrameSource> source_;
   Tracker tracker_;
+
+  std::mutex running_mutex_;  ///< held to start, stop or restart
+  bool running_ = false;
 
   mutable std::mutex mutex_;  ///< guards what stands between here and the threads
   std::condition_variable wake_;
@@ -82,7 +98,8 @@ class Pipeline {
   std::string source_error_;
   std::vector<std::uint64_t> dropped_;     ///< per camera
   std::vector<std::uint64_t> unreadable_;  ///< per camera, not yet in a snapshot
-  bool stopping_ = false;
+  bool halting_ = false;                   ///< the threads are to leave
+  bool stopped_ = false;                   ///< for good
 
   mutable std::mutex published_mutex_;  ///< held only to copy or swap the pointer
   std::shared_ptr<const Snapshot> published_;

@@ -4,21 +4,16 @@
 #include <cstdio>
 #include <ostream>
 
+#include "service/time_text.hpp"
 #include "service/wire.hpp"
 
 namespace skylight::service {
 namespace {
 
-// Exact to a nanometre within a kilometre, and to a nanoradian; times to the microsecond.
+// Exact to a nanometre within a kilometre, and to a nanoradian.
 std::string text(double value) {
   char out[40];
   std::snprintf(out, sizeof out, "%.12g", value);
-  return out;
-}
-
-std::string time_text(Time time) {
-  char out[40];
-  std::snprintf(out, sizeof out, "%.6f", unix_seconds(time));
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include "service/http/server.hpp"
 #include "service/resources.hpp"
 #include "service/routes/context.hpp"
+#include "service/simulator_desk.hpp"
 
 namespace skylight::service {
 namespace {
@@ -47,6 +48,7 @@ std::vector<http::StaticFile> page_files() {
   };
   constexpr Served kFiles[] = {{"/", "web/index.html", "text/html; charset=utf-8"},
                                {"/page.js", "web/page.js", "text/javascript; charset=utf-8"},
+                               {"/simulator.js", "web/simulator.js", "text/javascript; charset=utf-8"},
                                {"/page.css", "web/page.css", "text/css; charset=utf-8"},
                                {"/icon.svg", "web/icon.svg", "image/svg+xml"},
                                {"/openapi.json", "service/openapi.json", "application/json"}};
@@ -91,21 +93,23 @@ int serve(const ServeFlags& flags) {
   const sigset_t signals = block_signals();
 
   Assembly assembly = assemble(config);
-  Tracker tracker = make_tracker(assembly);
   AppearanceStore appearances(assembly.appearances);
   const std::size_t robots = assembly.robots.size();
-  Pipeline pipeline(std::move(assembly.source), assembly.cameras, std::move(tracker),
-                    {.speed = assembly.speed, .log = warn});
+  Pipeline pipeline(pipeline_parts(assembly), {.log = warn});
+  SimulatorDesk simulator(config, assembly.live, pipeline, appearances);
+  assembly = {};  // what runs belongs to the pipeline: another scenario takes its place
   const RouteContext context{.pipeline = pipeline,
                              .appearances = appearances,
                              .default_method = config.tracker.method,
-                             .horizon = from_seconds(config.prediction.horizon_s)};
+                             .horizon = from_seconds(config.prediction.horizon_s),
+                             .simulator = &simulator};
   http::Router router;
   add_health_routes(router, context);
   add_robot_routes(router, context);
   add_pose_routes(router, context);
   add_appearance_routes(router, context);
   add_camera_routes(router, context);
+  add_simulator_routes(router, context);
   if (flags.print_routes) return print_routes(router);
   http::Server server(server_options(config.server, warn), std::move(router), page_files());
   server.start();

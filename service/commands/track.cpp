@@ -4,6 +4,7 @@
 
 #include "service/assembly.hpp"
 #include "service/commands/commands.hpp"
+#include "service/mot.hpp"
 #include "service/sources/video.hpp"
 #include "service/trajectory.hpp"
 #include "service/wire.hpp"
@@ -82,6 +83,23 @@ cv::Size first_frame_size(const TrackFlags& flags) {
   return frame->image.size();
 }
 
+// The camera of the configuration file that the folder is named after, as `skylight simulate` writes them;
+// else its first.
+std::string camera_of_file(const TrackFlags& flags) {
+  const settings::Document file = settings::load(flags.config.file);
+  const settings::Node* cameras = file.root.find("cameras");
+  const std::string folder = fs::weakly_canonical(fs::absolute(flags.input)).filename().string();
+  std::optional<std::string> first;
+  for (std::size_t i = 0; cameras != nullptr && i < cameras->children.size(); ++i) {
+    const settings::Node* id = cameras->children[i].find("id");
+    const std::string* name = id != nullptr ? std::get_if<std::string>(&id->scalar) : nullptr;
+    if (name == nullptr) continue;
+    if (*name == folder) return folder;
+    if (!first) first = *name;
+  }
+  return first.value_or("camera");
+}
+
 Config configure(const TrackFlags& flags) {
   std::vector<Override> more;
   std::string camera = "camera";
@@ -104,13 +122,7 @@ Config configure(const TrackFlags& flags) {
               {"start_s", flags.start_s}};
   if (folder && flags.frame_rate_hz > 0) source["frame_rate_hz"] = flags.frame_rate_hz;
   if (camera.empty()) {
-    // The one camera of the file; which one, only the file knows.
-    const settings::Document file = settings::load(flags.config.file);
-    const settings::Node* cameras = file.root.find("cameras");
-    const settings::Node* id =
-        cameras != nullptr && !cameras->children.empty() ? cameras->children[0].find("id") : nullptr;
-    const std::string* name = id != nullptr ? std::get_if<std::string>(&id->scalar) : nullptr;
-    camera = name != nullptr ? *name : "camera";
+    camera = camera_of_file(flags);
   }
   source["camera"] = camera;
   more.push_back({"source=" + source.dump(), flags.input});
@@ -124,6 +136,7 @@ struct Tally {
 
 struct Outcome {
   std::map<std::string, Tally> robots;
+  std::string mot;  ///< lines, where they are wanted
   std::size_t frames = 0;
   std::size_t skipped = 0;
   std::string broken_off;  ///< why the source did; empty where it ended
@@ -159,11 +172,15 @@ void write_results(const fs::path& path, const std::vector<RobotView>& views, Po
   }
 }
 
+bool wants_mot(const TrackFlags& flags) {
+  return fs::path(flags.out).extension() == ".mot";
+}
+
 void check_out(const TrackFlags& flags) {
   if (flags.out.empty()) return;
   const std::string extension = fs::path(flags.out).extension().string();
-  if (!trajectory_format(extension.empty() ? "" : extension.substr(1)))
-    throw UsageError("--out is '" + flags.out + "', allowed endings: .csv, .tum, .json");
+  if (!wants_mot(flags) && !trajectory_format(extension.empty() ? "" : extension.substr(1)))
+    throw UsageError("--out is '" + flags.out + "', allowed endings: .csv, .tum, .json, .mot");
   // Said now, not after an hour of tracking.
   const fs::path folder = fs::absolute(flags.out).parent_path();
   if (!fs::is_directory(folder)) throw UsageError("--out is '" + flags.out + "': there is no such folder");
@@ -180,15 +197,31 @@ std::optional<Frame> next_frame(FrameSource& source, std::string& broken_off) {
   }
 }
 
+// What a frame told, counted and, if wanted, as lines of a MOTChallenge file.
+void take(const TrackFlags& flags, const Frame& frame, const std::vector<RobotReport>& reports,
+          const Tracker& tracker, Outcome& outcome) {
+  const std::vector<RobotSpec> specs = wants_mot(flags) ? tracker.robots() : std::vector<RobotSpec>{};
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    const RobotReport& report = reports[i];
+    outcome.robots[report.id].measured += report.measured ? 1 : 0;
+    outcome.robots[report.id].tracking += report.state == TrackState::tracking ? 1 : 0;
+    if (specs.empty()) continue;
+    std::optional<Pose2> pose;
+    if (flags.kind == "measured") {
+      if (report.measured) pose = report.measured->pose;
+    } else if (report.filtered) {
+      pose = report.filtered->pose;
+    }
+    if (pose) outcome.mot += mot_result_line(frame, i, specs[i], *pose, tracker.cameras()[frame.camera]);
+  }
+}
+
 Outcome track_all(const TrackFlags& flags, FrameSource& source, Tracker& tracker) {
   Outcome outcome;
   Progress progress(flags.input, 0);
   while (const auto frame = next_frame(source, outcome.broken_off)) {
     try {
-      for (const RobotReport& report : tracker.process(*frame)) {
-        outcome.robots[report.id].measured += report.measured ? 1 : 0;
-        outcome.robots[report.id].tracking += report.state == TrackState::tracking ? 1 : 0;
-      }
+      take(flags, *frame, tracker.process(*frame), tracker, outcome);
       ++outcome.frames;
     } catch (const std::invalid_argument& e) {
       if (++outcome.skipped == 1)
@@ -225,7 +258,11 @@ int track(const TrackFlags& flags) {
     throw SourceError(outcome.broken_off.empty() ? flags.input + ": no frame could be tracked"
                                                  : outcome.broken_off);
   }
-  if (!flags.out.empty()) write_results(flags.out, tracker.views(), kind);
+  if (wants_mot(flags)) {
+    write_file(flags.out, [&](std::ostream& out) { out << outcome.mot; });
+  } else if (!flags.out.empty()) {
+    write_results(flags.out, tracker.views(), kind);
+  }
   print(outcome);
   if (!outcome.broken_off.empty()) throw SourceError(outcome.broken_off);
   return 0;
@@ -238,7 +275,8 @@ void add_track(CLI::App& app, Run& run) {
   CLI::App* command = app.add_subcommand("track", "Tracks a video or a folder of images offline");
   command->add_option("input", flags->input, "Video file, or folder of images")->required();
   flags->config.add_to(*command);
-  command->add_option("--out", flags->out, "Poses to this file, format by extension: .csv, .tum, .json");
+  command->add_option("--out", flags->out,
+                      "Poses to this file, format by extension: .csv, .tum, .json, .mot");
   command->add_option("--kind", flags->kind, "Poses to write: measured or filtered (filtered)")
       ->check(CLI::IsMember({"measured", "filtered"}));
   command

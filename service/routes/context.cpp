@@ -32,6 +32,11 @@ bool AppearanceStore::add(std::shared_ptr<const Appearance> appearance) {
   return appearances_.emplace(appearance->id(), appearance).second;
 }
 
+void AppearanceStore::replace(Appearances appearances) {
+  const std::lock_guard lock(mutex_);
+  appearances_ = std::move(appearances);
+}
+
 http::Reply json_reply(const Json& body, int status) {
   return {.status = status, .body = body.dump() + "\n"};
 }

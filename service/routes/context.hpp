@@ -17,6 +17,8 @@
 
 namespace skylight::service {
 
+class SimulatorDesk;
+
 /// The appearances that robots may take, shared between the routes.
 class AppearanceStore {
  public:
@@ -26,6 +28,8 @@ class AppearanceStore {
   std::shared_ptr<const Appearance> find(const std::string& id) const;  ///< null where there is none
   /// False where the id is taken.
   bool add(std::shared_ptr<const Appearance> appearance);
+  /// With those of another scenario.
+  void replace(Appearances appearances);
 
  private:
   mutable std::mutex mutex_;
@@ -38,6 +42,7 @@ struct RouteContext {
   AppearanceStore& appearances;
   MethodConfig default_method;  ///< for robots that are added without saying how they are detected
   Duration horizon = std::chrono::seconds(2);
+  SimulatorDesk* simulator = nullptr;  ///< null: as where the source is no simulator
 };
 
 void add_health_routes(http::Router& router, const RouteContext& context);
@@ -45,6 +50,7 @@ void add_robot_routes(http::Router& router, const RouteContext& context);
 void add_pose_routes(http::Router& router, const RouteContext& context);
 void add_appearance_routes(http::Router& router, const RouteContext& context);
 void add_camera_routes(http::Router& router, const RouteContext& context);
+void add_simulator_routes(http::Router& router, const RouteContext& context);
 
 // What several of them need. Those that read a request throw http::Problem with the parameter's name, its
 // value and what is allowed.

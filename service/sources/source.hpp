@@ -24,6 +24,18 @@ class FrameSource {
 
   /// Frames that could not be read and were skipped so far.
   virtual std::uint64_t bad_frames() const { return 0; }
+
+  // For running against the wall's clock.
+
+  /// When the frame that next() gave last reaches the program, on the source's own time (of which its stamps
+  /// tell as well as its cameras' clocks are right); Time::min(): with its capture.
+  virtual Time delivered() const { return Time::min(); }
+  /// How fast the source's time runs against the wall's; none: as the pipeline was told.
+  virtual std::optional<double> speed() const { return std::nullopt; }
+  /// The wall's time that the frame which next() gave last was stamped with.
+  virtual void stamped(Time) {}
+  /// From another thread: a next() that waits returns soon, without a frame.
+  virtual void interrupt() {}
 };
 
 }  // namespace skylight::service

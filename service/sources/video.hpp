@@ -7,6 +7,7 @@
 
 #include <opencv2/videoio.hpp>
 
+#include "service/sources/frame_list.hpp"
 #include "service/sources/source.hpp"
 
 namespace skylight::service {
@@ -46,8 +47,8 @@ class VideoFrames final : public FrameSource {
 
 /// Pictures (.png .jpg .jpeg .bmp .tif .tiff .pgm .ppm) in the order of their names, numbers in them compared
 /// as numbers. Where there is a folder `depth` with pictures of the same names (16-bit millimetres), they go
-/// with them; where there is a `frames.csv` (a header line `file,captured`, then a picture's name and its
-/// Unix seconds per line, as `skylight simulate` writes it) its times are taken, in its order.
+/// with them; where there is a `frames.csv` (sources/frame_list.hpp, as `skylight simulate` writes it) its
+/// times and sequence numbers are taken, in its order; it may name a video in the folder instead of pictures.
 class FolderFrames final : public FrameSource {
  public:
   /// Throws SourceError where the folder is missing or has no pictures.
@@ -56,15 +57,17 @@ class FolderFrames final : public FrameSource {
   std::uint64_t bad_frames() const override { return bad_frames_; }
 
  private:
-  void read_times();
-  Frame read(std::size_t index);
+  void list_pictures();
+  Frame read(const ListedFrame& listed);
+  cv::Mat next_of_video(const std::string& file);
 
   std::filesystem::path path_;
   FileSourceOptions options_;
-  std::vector<std::filesystem::path> files_;
-  std::vector<Time> times_;  ///< empty: by the frame rate
+  std::vector<ListedFrame> frames_;
+  bool listed_ = false;  ///< by frames.csv, which tells times
+  cv::VideoCapture video_;
   std::size_t index_ = 0;
-  std::uint64_t sequence_ = 0;
+  std::uint64_t count_ = 0;
   std::uint64_t bad_frames_ = 0;
   std::uint64_t frames_this_round_ = 0;
 };

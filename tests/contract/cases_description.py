@@ -7,7 +7,7 @@ import jsonschema
 from fixture import ROOT, Case, run_program
 
 # Served from memory by the front, no routes: the page.
-PAGE = ("/", "/page.js", "/page.css", "/icon.svg")
+PAGE = ("/", "/page.js", "/simulator.js", "/page.css", "/icon.svg")
 FILES = ("/openapi.json",)  # the same, but described
 # What the contract leaves to the configuration file, and what differs in wording only.
 WORDS = ("description", "title", "examples", "maxLength", "default")

@@ -11,9 +11,10 @@ from cases_ended import Ended
 from cases_poses import Poses
 from cases_refusals import Refusals
 from cases_robots import Appearances, Cameras, Robots
+from cases_simulator import Simulator
 from cases_together import Health, Together
 
-CASES = (Description, Refusals, Poses, Robots, Appearances, Cameras, Health, Together, Ended)
+CASES = (Description, Refusals, Poses, Robots, Appearances, Cameras, Health, Together, Simulator, Ended)
 
 
 def suite(names):

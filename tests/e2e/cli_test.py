@@ -105,6 +105,7 @@ class Usage(Case):
         self.refused(2, ["scenarios"], "evaluate")
         self.refused(2, ["--port", "http"], "serve", "--port", "http")
         self.refused(2, ["--duration", "-1"], "simulate", "straight", "--duration", "-1")
+        self.refused(2, ["--format", "gif"], "simulate", "straight", "--format", "gif")
         self.refused(2, ["--duration", "soon"], "simulate", "straight", "--duration", "soon")
         self.refused(2, ["--seed"], "simulate", "straight", "--seed", "-4")
         self.refused(2, ["--kind", "smoothed"], "track", "x.mp4", "--kind", "smoothed")
@@ -115,7 +116,9 @@ class Usage(Case):
         self.refused(2, ["--horizon"], "evaluate", "straight", "--kind", "predicted")
         self.refused(2, ["--detector", "magic"], "evaluate", "straight", "--detector", "magic")
         self.refused(2, ["--filter", "kalman"], "evaluate", "straight", "--filter", "kalman")
-        self.refused(2, ["demo", "duration_s"], "evaluate", "demo")
+        self.refused(2, ["demo", "duration_s", "--duration"], "evaluate", "demo")
+        self.refused(2, ["--duration"], "evaluate", "straight", "--duration", "0")
+        self.refused(2, ["--repeats"], "evaluate", "straight", "--repeats", "0")
         self.refused(2, ["tracker.audit_interval", "-1"], "evaluate", "straight", "--set", "tracker.audit_interval=-1")
 
 
@@ -232,7 +235,7 @@ class Track(Case):
 
     def test_outputs(self):
         good = "r:10,10,20,20"
-        self.cut(2, ["poses.xml", ".csv, .tum, .json"], good, "--out", self.folder / "poses.xml")
+        self.cut(2, ["poses.xml", ".csv, .tum, .json, .mot"], good, "--out", self.folder / "poses.xml")
         self.cut(2, ["poses"], good, "--out", self.folder / "poses")
         self.cut(2, ["absent", "no such folder"], good, "--out", self.folder / "absent" / "p.csv")
         (self.folder / "taken.csv").mkdir()
@@ -313,7 +316,7 @@ class Together(Case):
         self.assertEqual(len(rows), len(points))
         for row, line, point in zip(rows, tum, points):
             self.assertEqual(float(row["captured"]), line[0])
-            self.assertEqual(float(row["captured"]), point["captured"])
+            self.assertAlmostEqual(float(row["captured"]), point["captured"], delta=1e-6, msg="JSON: microseconds")
             self.assertAlmostEqual(float(row["x"]), line[1], 9)
             self.assertAlmostEqual(float(row["y"]), point["y"], 9)
             self.assertAlmostEqual(float(row["yaw"]), 2 * math.atan2(line[6], line[7]), 8)
@@ -353,6 +356,83 @@ class Together(Case):
         self.assertEqual({"mean", "p95", "p99", "max"}, set(robot["yaw_error_rad"]))
         self.assertEqual({"id_switches", "idf1", "mota"}, set(scenario["identity"]))
         self.assertEqual((robot["usable"], robot["confident_wrong"]), (1.0, 0))
+
+    def test_a_video_without_loss_gives_the_same_poses_and_one_to_look_at_nearly(self):
+        exact = self.track("png.csv", "--kind", "measured")[0].read_text()
+        for name, tolerance in (("video", 0.0), ("mp4", 0.01)):
+            out = self.folder / name
+            _, err, code = run("simulate", self.scenario, "--duration", "1.5", "--format", name, "--out", out)
+            self.assertEqual(code, 0, err)
+            poses = self.folder / f"{name}.csv"
+            _, err, code = run("track", out / "ceiling", "--config", out / "config.json", "--kind", "measured",
+                               "--out", poses)
+            self.assertEqual(code, 0, err)
+            if not tolerance:
+                self.assertEqual(poses.read_text(), exact)
+                continue
+            by_time = {row["captured"]: row for row in self.rows(self.folder / "png.csv")}
+            for row in self.rows(poses):
+                other = by_time[row["captured"]]
+                apart = math.hypot(float(row["x"]) - float(other["x"]), float(row["y"]) - float(other["y"]))
+                self.assertLess(apart, tolerance)
+
+    def test_truth_and_results_go_to_outside_evaluators(self):
+        results, _ = self.track("p.mot")
+        lines = [line.split(",") for line in results.read_text().splitlines()]
+        self.assertTrue(lines)
+        truth = [line.split(",") for line in (self.out / "ceiling" / "mot" / "gt.txt").read_text().splitlines()]
+        self.assertEqual({len(line) for line in truth}, {9})
+        self.assertEqual({len(line) for line in lines}, {10})
+        boxes = {line[0]: list(map(float, line[2:6])) for line in truth}
+        self.assertEqual(truth[0][:2], ["1", "1"])
+        for line in lines:
+            left, top, width, height = map(float, line[2:6])
+            around = boxes[line[0]]
+            self.assertLess(abs(left + width / 2 - around[0] - around[2] / 2), around[2] / 2)
+            self.assertLess(abs(top + height / 2 - around[1] - around[3] / 2), around[3] / 2)
+
+    def test_the_schema_is_the_published_one(self):
+        out, err, code = run("simulate", "--schema")
+        self.assertEqual((code, err), (0, ""))
+        published = pathlib.Path(__file__).resolve().parents[2] / "sim" / "scenario.schema.json"
+        self.assertEqual(json.loads(out), json.loads(published.read_text()))
+
+    def test_expectations_are_judged_on_all_repeats_of_each_variant(self):
+        expecting = dict(SCENARIO, duration_s=1.3, repeats=2, sweep=[{"key": "light.level", "values": [1.0, 0.6]}],
+                         expect=[{"figure": "max_error_m", "kind": "measured", "at_most": 0.005},
+                                 {"figure": "mean_error_m", "kind": "measured", "robot": "anna", "at_most": 1e-9}])
+        out, err, code = run("evaluate", self.write_json("expecting.json", expecting), "--kind", "filtered",
+                             "--json", self.folder / "expecting.report.json")
+        self.assertEqual(code, 1, err)
+        self.assertIn("2 of 4 expectations failed", err)
+        self.assertEqual(out.count("kept    max_error_m of anna (measured)"), 2, out)
+        self.assertEqual(out.count("FAILED  mean_error_m of anna (measured)"), 2, out)
+        self.assertIn("light.level=0.6, 2 seeds from 3 pooled", out)
+        self.assertIn("worst with seed", out)
+        report = json.loads((self.folder / "expecting.report.json").read_text())
+        self.assertEqual([s["seed"] for s in report["scenarios"] if s["kind"] == "measured"], [3, 4, 3, 4])
+        pooled = [s for s in report["pooled"] if s["kind"] == "measured"]
+        self.assertEqual([s["seeds"] for s in pooled], [[3, 4], [3, 4]])
+        self.assertEqual([e["kept"] for e in report["expectations"]], [True, False, True, False])
+        self.assertEqual({"scenario", "figure", "robot", "kind", "at_most", "at_least", "value", "kept"},
+                         set(report["expectations"][0]))
+        alone = [s["robots"][0]["position_error_m"] for s in report["scenarios"] if s["kind"] == "measured"]
+        both = pooled[0]["robots"][0]["position_error_m"]
+        self.assertEqual(both["max"], max(alone[0]["max"], alone[1]["max"]))
+        self.assertAlmostEqual(both["mean"], (alone[0]["mean"] + alone[1]["mean"]) / 2, 12)
+
+    def test_repeats_and_duration_of_the_command_line_count(self):
+        out, err, code = run("evaluate", self.scenario, "--repeats", "3", "--seed", "8", "--duration", "0.2",
+                             "--json", "-", "--kind", "measured")
+        self.assertEqual(code, 0, err)
+        report = json.loads(out)
+        self.assertEqual([(s["seed"], s["frames"]) for s in report["scenarios"]], [(8, 6), (9, 6), (10, 6)])
+        self.assertEqual(report["expectations"], [])
+
+    def write_json(self, name, content):
+        path = self.folder / name
+        path.write_text(json.dumps(content))
+        return path
 
     def test_a_damaged_picture_is_skipped_and_counted(self):
         copy = self.folder / "copy"

@@ -113,9 +113,10 @@ struct Rig {
       : scene(room) {
     Tracker tracker({scene.camera()});
     for (const RobotSpec& robot : robots) tracker.add(robot);
-    pipeline = std::make_unique<Pipeline>(
-        std::make_unique<FakeFrames>(feed), std::vector<NamedCamera>{{"ceiling", scene.camera()}},
-        std::move(tracker), PipelineOptions{.clock = clock.function(), .log = {}});
+    pipeline = std::make_unique<Pipeline>(PipelineParts{.source = std::make_shared<FakeFrames>(feed),
+                                                        .cameras = {{"ceiling", scene.camera()}},
+                                                        .tracker = std::move(tracker)},
+                                          PipelineOptions{.clock = clock.function(), .log = {}});
   }
   ~Rig() {
     feed->end();

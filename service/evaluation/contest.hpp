@@ -1,0 +1,71 @@
+// Trackers over runs of a scenario, in lockstep with the simulator, scored against its truth.
+#pragma once
+
+#include <deque>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "service/evaluation/identity.hpp"
+#include "tracker/metrics.hpp"
+#include "tracker/tracker.hpp"
+
+namespace skylight::service {
+
+/// One kind of pose over the frames of one or more runs.
+struct KindScore {
+  PoseKind kind = PoseKind::filtered;
+  std::vector<RobotMetrics> robots;  ///< in the order of RunScore::robots
+  IdentityTally identity;
+  std::uint64_t worst_seed = 0;  ///< of several runs: the one with the largest position error, or without any
+  double worst_error_m = 0.0;    ///< that error; infinite where the run had no pose at all
+};
+
+struct ScoredRobot {
+  std::string id;
+  bool registered = true;  ///< the tracker knows what it looks like
+};
+
+/// What one detector came to in one run, or in several of them pooled.
+struct RunScore {
+  std::string scenario;
+  std::vector<std::uint64_t> seeds;
+  double frame_rate_hz = 0.0;
+  int width_px = 0;
+  int height_px = 0;
+  double exposure_s = 0.0;
+  std::string detector;
+  std::vector<ScoredRobot> robots;
+  std::vector<KindScore> kinds;
+  std::vector<double> milliseconds;  ///< the tracker's, per frame
+
+  /// Pools a run of the same scenario with another seed.
+  void merge(const RunScore& other);
+  const KindScore* kind(PoseKind kind) const;
+};
+
+/// One detector's tracker over one run, scored by each kind.
+class Contestant {
+ public:
+  /// `horizon`: how far ahead `predicted` is.
+  Contestant(const SimulatorFrames& simulator, Tracker tracker, std::string detector,
+             const std::vector<PoseKind>& kinds, Duration horizon);
+
+  void process(const Frame& frame, const std::vector<Truth>& truth);
+  /// Once the run is over.
+  RunScore result() const;
+
+ private:
+  std::optional<Estimate> estimate_of(PoseKind kind, const std::string& id, const Frame& frame,
+                                      const RobotReport* report) const;
+  std::optional<Pose2> score(KindScore& into, std::size_t robot, const Frame& frame, const Truth& truth,
+                             const RobotReport* report) const;
+
+  Duration horizon_;
+  Tracker tracker_;
+  LabelBinding labels_;
+  RunScore run_;
+  std::deque<std::pair<Time, std::vector<RobotView>>> past_;  ///< from the horizon on, for `predicted`
+};
+
+}  // namespace skylight::service

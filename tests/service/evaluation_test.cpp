@@ -1,0 +1,208 @@
+// Labels, identity, expectations: against cases worked out by hand.
+#include <numbers>
+
+#include <gmock/gmock.h>
+
+#include "service/assembly.hpp"
+#include "service/evaluation/expectations.hpp"
+#include "service/evaluation/report.hpp"
+#include "tests/service/simulated_room.hpp"
+
+namespace skylight::service::test {
+namespace {
+
+using std::nullopt;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Truth robot_at(const std::string& id, double x, bool present = true) {
+  return {.id = id,
+          .pose = {.x = x},
+          .velocity = {},
+          .present = present,
+          .in_view = true,
+          .touches = {},
+          .box_px = {}};
+}
+
+std::vector<Truth> three(double a, double b, double c) {
+  return {robot_at("a", a), robot_at("b", b), robot_at("c", c)};
+}
+
+Poses poses(std::vector<std::optional<double>> xs) {
+  Poses out;
+  for (const auto& x : xs) out.push_back(x ? std::optional(Pose2{.x = *x}) : nullopt);
+  return out;
+}
+
+using Labels = std::vector<std::optional<std::size_t>>;
+
+TEST(LabelBinding, AmongCopiesTheFirstPlaceOfALabelCountsAndStays) {
+  LabelBinding labels({0, 0, 2});
+  EXPECT_EQ(labels.update(three(0, 1, 2), poses({1.01, 0.02, 2.0})), (Labels{1, 0, 2})) << "called crosswise";
+  EXPECT_EQ(labels.update(three(0, 1, 2), poses({0.0, 1.0, 2.0})), (Labels{1, 0, 2}))
+      << "that they changed places is an error from now on";
+}
+
+TEST(LabelBinding, TheClosestPairGoesFirstWhereTwoWantTheSame) {
+  LabelBinding labels({0, 0, 0});
+  EXPECT_EQ(labels.update(three(0, 0.15, 2), poses({0.08, 0.01, nullopt})), (Labels{1, 0, nullopt}));
+}
+
+TEST(LabelBinding, ALabelFarFromEveryCopyIsCountedWithTheNearestButNotBound) {
+  LabelBinding labels({0, 0, 2});
+  EXPECT_EQ(labels.update(three(0, 1, 2), poses({0.7, nullopt, nullopt})), (Labels{nullopt, 0, 2}));
+  EXPECT_EQ(labels.update(three(0, 1, 2), poses({0.01, nullopt, nullopt})), (Labels{0, nullopt, 2}));
+  EXPECT_EQ(labels.update(three(0, 1, 2), poses({1.0, nullopt, nullopt})), (Labels{0, nullopt, 2}));
+}
+
+TEST(LabelBinding, ARobotWithoutCopiesKeepsItsOwnLabelWhereverItStands) {
+  LabelBinding labels({0, 1, 2});
+  EXPECT_EQ(labels.update(three(0, 1, 2), poses({1.0, 0.0, nullopt})), (Labels{0, 1, 2}));
+}
+
+TEST(IdentityTally, TwoRobotsThatExchangeTheirLabelsOnceAreTwoSwitches) {
+  IdentityTally tally;
+  for (int i = 0; i < 5; ++i) tally.add(three(0, 1, 2), poses({0, 1, 2}));
+  EXPECT_EQ(tally.switches(), 0U);
+  EXPECT_DOUBLE_EQ(tally.idf1(), 1.0);
+  EXPECT_DOUBLE_EQ(tally.mota(), 1.0);
+  for (int i = 0; i < 5; ++i) tally.add(three(0, 1, 2), poses({1, 0, 2}));
+  EXPECT_EQ(tally.switches(), 2U);
+  EXPECT_DOUBLE_EQ(tally.idf1(), 2.0 * 20 / (30 + 30));
+  EXPECT_DOUBLE_EQ(tally.mota(), 1.0 - (10.0 + 10.0 + 2.0) / 30.0);
+}
+
+TEST(IdentityTally, MissesAndPosesOnNothingAreCounted) {
+  IdentityTally tally;
+  tally.add(three(0, 1, 2), poses({0, nullopt, 7}));
+  EXPECT_EQ(tally.switches(), 0U);
+  EXPECT_DOUBLE_EQ(tally.idf1(), 2.0 * 1 / (3 + 2));
+  EXPECT_DOUBLE_EQ(tally.mota(), 1.0 - (2.0 + 1.0) / 3.0);
+}
+
+TEST(IdentityTally, WhoIsCarriedAwayOrWasNotYetSeenDoesNotCount) {
+  IdentityTally tally;
+  std::vector<Truth> truth = three(0, 1, 2);
+  truth[1].present = false;
+  truth[2].in_view = false;
+  tally.add(truth, poses({0, 1, 5}));
+  EXPECT_DOUBLE_EQ(tally.idf1(), 1.0);
+  EXPECT_DOUBLE_EQ(tally.mota(), 1.0);
+  IdentityTally both;
+  both.add(three(0, 1, 2), poses({0, 1, nullopt}));
+  both.merge(tally);
+  EXPECT_DOUBLE_EQ(both.idf1(), 2.0 * 3 / (4 + 3));
+}
+
+// Two robots over ten frames a tenth of a second apart after the first second: errors 1 mm and 2 mm, one
+// frame of the second without a pose.
+RunScore worked_out() {
+  RunScore run{
+      .scenario = "worked out",
+      .seeds = {1},
+      .detector = "orb",
+      .robots = {{"a"}, {"b"}, {"bare", false}},
+      .kinds = {{.kind = PoseKind::filtered, .robots = std::vector<RobotMetrics>(3), .identity = {}}},
+      .milliseconds = {}};
+  for (int i = 0; i < 20; ++i) {
+    for (int k = 0; k < 2; ++k) {
+      ScoredFrame frame{.captured = Time{std::chrono::milliseconds(100 * i)},
+                        .truth = {},
+                        .estimate = Pose2{.x = 0.001 * (k + 1), .yaw = 0.01},
+                        .covariance = {},
+                        .measured = true};
+      if (k == 1 && i == 19) frame.estimate.reset();
+      run.kinds[0].robots[static_cast<std::size_t>(k)].add(frame);
+    }
+  }
+  return run;
+}
+
+Expected at_most(const std::string& figure, double bound, const std::string& robot = {}) {
+  return {.figure = figure, .robot = robot, .at_most = bound, .at_least = {}};
+}
+
+TEST(Expectations, AreKeptAtTheirVeryBoundAndFailBeyond) {
+  const auto judged = judge({at_most("max_error_m", 0.001, "a"),
+                             at_most("max_error_m", 0.0009, "a"),
+                             {.figure = "availability", .robot = "b", .at_most = {}, .at_least = 0.9},
+                             {.figure = "availability", .robot = "b", .at_most = {}, .at_least = 0.95}},
+                            worked_out());
+  ASSERT_EQ(judged.size(), 4U);
+  EXPECT_TRUE(judged[0].kept);
+  EXPECT_FALSE(judged[1].kept);
+  EXPECT_TRUE(judged[2].kept);
+  EXPECT_DOUBLE_EQ(*judged[2].value, 0.9);
+  EXPECT_FALSE(judged[3].kept);
+  EXPECT_EQ(judgement_line(judged[1]), "FAILED  max_error_m of a (filtered): 0.001, at most 0.0009");
+}
+
+TEST(Expectations, OfEachRobotShowTheWorstAndLeaveOutThoseThatNobodyCanTellApart) {
+  const auto judged = judge({at_most("mean_error_m", 0.0015), at_most("mean_error_m", 0.0025)}, worked_out());
+  EXPECT_EQ(judged[0].robot, "b");
+  EXPECT_DOUBLE_EQ(*judged[0].value, 0.002);
+  EXPECT_FALSE(judged[0].kept);
+  EXPECT_TRUE(judged[1].kept);
+}
+
+TEST(Expectations, AFigureWithoutAnyPoseIsNotKept) {
+  const auto judged = judge({at_most("mean_error_m", 5, "bare"), at_most("nees_mean", 5, "a")}, worked_out());
+  EXPECT_FALSE(judged[0].kept);
+  EXPECT_FALSE(judged[0].value);
+  EXPECT_THAT(judgement_line(judged[0]), HasSubstr("no pose"));
+  EXPECT_FALSE(judged[1].kept) << "no covariance, so nothing to judge it by";
+}
+
+TEST(Expectations, AnglesAreInDegreesAndCommonFiguresOfAll) {
+  const auto judged = judge({at_most("max_yaw_error_deg", 1), at_most("id_switches", 0)}, worked_out());
+  EXPECT_NEAR(*judged[0].value, 0.01 * 180 / std::numbers::pi, 1e-12);
+  EXPECT_TRUE(judged[1].kept);
+  EXPECT_EQ(judged[1].robot, "");
+}
+
+TEST(Expectations, OfAKindThatWasNotScoredOrARobotThatIsNotThereAreRefused) {
+  Expected predicted = at_most("mean_error_m", 1);
+  predicted.kind = PoseKind::predicted;
+  EXPECT_THROW(judge({predicted}, worked_out()), std::invalid_argument);
+  EXPECT_THROW(judge({at_most("mean_error_m", 1, "nobody")}, worked_out()), std::invalid_argument);
+}
+
+TEST(Evaluation, PoolingTakesTheFramesOfAllRunsAndNamesTheWorstSeed) {
+  RunScore pooled = worked_out();
+  pooled.kinds[0].worst_seed = 1;
+  pooled.kinds[0].worst_error_m = 0.002;
+  RunScore other = worked_out();
+  other.seeds = {2};
+  other.kinds[0].worst_seed = 2;
+  other.kinds[0].worst_error_m = 0.004;
+  pooled.merge(other);
+  EXPECT_THAT(pooled.seeds, ElementsAre(1, 2));
+  EXPECT_EQ(pooled.kinds[0].robots[0].score().frames, 20U);
+  const Json json = to_json(pooled, "window");
+  EXPECT_EQ(json[0]["worst_seed"], 2);
+  EXPECT_EQ(json[0]["all"]["frames"], 40) << "every robot's";
+}
+
+TEST(Evaluation, EveryRobotHasItsRowAlsoTheOneThatNothingTellsApart) {
+  const RoomFolder folder;
+  const std::string bare = R"("duration_s": 0.2, "robots": [
+      {"id": "bare", "picture": {"enabled": false}, "start": {"x_m": 0.4, "y_m": 0.3}},
+      {"id": "anna", "picture": {"seed": 5}, "start": {"x_m": -0.4, "y_m": -0.2}}])";
+  std::string scenario = small_scenario("");
+  scenario = scenario.substr(0, scenario.find("\"robots\"")) + bare + "}";
+  const auto simulator =
+      std::make_shared<SimulatorFrames>(scenario_run(folder.write("room.json", scenario), std::nullopt));
+  const Assembly assembly = assemble(Config{}, simulator);
+  ASSERT_EQ(assembly.robots.size(), 1U);
+  Contestant contestant(*simulator, make_tracker(assembly), "orb", {PoseKind::measured}, {});
+  while (const auto frame = assembly.source->next()) contestant.process(*frame, simulator->truth());
+  const RunScore run = contestant.result();
+  ASSERT_EQ(run.robots.size(), 2U);
+  EXPECT_FALSE(run.robots[0].registered);
+  EXPECT_EQ(run.kinds[0].robots[0].score().measured, 0.0);
+  EXPECT_TRUE(run.robots[1].registered);
+}
+
+}  // namespace
+}  // namespace skylight::service::test
