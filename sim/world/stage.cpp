@@ -9,9 +9,9 @@
 
 #include "sim/scenario/outline.hpp"
 #include "sim/scenario/scenario_checks.hpp"
+#include "sim/world/actors.hpp"
 #include "sim/world/program.hpp"
 #include "sim/world/surroundings.hpp"
-#include "sim/world/walk.hpp"
 
 namespace skylight::sim {
 namespace {
@@ -20,7 +20,6 @@ constexpr double kRadians = std::numbers::pi / 180.0;
 /// Programs steer this many steps apart (100 Hz); the motors see to the rest.
 constexpr std::int64_t kStepsPerCommand = 5;
 constexpr Duration kTryAgain = std::chrono::milliseconds(100);
-constexpr double kDegree = 180.0 / std::numbers::pi;
 
 // Streams of the scenario's seed.
 constexpr std::uint64_t kProgramStream = 0x70726F6772616D00U;
@@ -88,22 +87,10 @@ struct Stage::Impl : Situation {
   bool touches_something(const std::string& robot) const override;
   bool program_done(const std::string& robot) const override;
 
-  // Actors.
-  std::size_t person_actor(std::size_t person) const { return robots.size() + person; }
-  std::size_t thing_actor(std::size_t thing) const { return robots.size() + scenario.people.size() + thing; }
-  const std::string& id(std::size_t actor) const;
-  std::size_t robot_index(const std::string& id) const;
-  std::optional<std::size_t> present_thing(const std::string& id) const;
-  std::vector<BodyState> states() const;
-  std::vector<Outline> standing(std::size_t actor) const;
-  bool is_free(const std::vector<Outline>& place, std::size_t but) const;
-  bool hangs(const ObjectSpec& thing) const { return thing.bottom_m > tallest; }
-
   // One step.
   void let_events_happen();
   void end_what_is_over();
   void steer();
-  Surroundings look_around() const;
   void report();
 
   // Actions.
@@ -127,10 +114,7 @@ struct Stage::Impl : Situation {
   void apply(const RemoveAction& action);
 
   Scenario scenario;
-  std::vector<RobotSpec> robots;
-  World world;
-  std::vector<ObjectSpec> things;  ///< with those that were put
-  double tallest = 0.0;            ///< robot
+  Actors actors;
   std::vector<RobotRun> runs;
   Director director;
   std::int64_t steps = 0;
@@ -145,89 +129,26 @@ struct Stage::Impl : Situation {
 
 Stage::Impl::Impl(const Scenario& scenario_in)
     : scenario(scenario_in),
-      robots(all_robots(scenario)),
-      world(scenario.room, robots),
+      actors(scenario),
       director(scenario.events),
-      timeline({}),
-      commands(robots.size()) {
-  for (std::size_t i = 0; i < robots.size(); ++i) {
-    runs.push_back(make_run(scenario, robots[i], i));
-    for (const Solid& solid : robot_model(robots[i].model).solids) tallest = std::max(tallest, solid.max.z());
-  }
-  for (const PersonSpec& person : scenario.people) world.walk(world.add_person(), person_at(person, {}));
-  for (const ObjectSpec& thing : scenario.objects) {
-    world.add_thing(thing);
-    things.push_back(thing);
-  }
-  timeline = Timeline(states());
+      timeline(actors.states()),
+      commands(actors.robots().size()) {
+  for (std::size_t i = 0; i < actors.robots().size(); ++i)
+    runs.push_back(make_run(scenario, actors.robots()[i], i));
   report();
-}
-
-// ---- Actors.
-
-const std::string& Stage::Impl::id(std::size_t actor) const {
-  if (actor < robots.size()) return robots[actor].id;
-  if (actor < thing_actor(0)) return scenario.people[actor - robots.size()].id;
-  return things.at(actor - thing_actor(0)).id;
-}
-
-std::size_t Stage::Impl::robot_index(const std::string& id) const {
-  const auto at =
-      std::find_if(robots.begin(), robots.end(), [&](const RobotSpec& robot) { return robot.id == id; });
-  return static_cast<std::size_t>(at - robots.begin());
-}
-
-std::optional<std::size_t> Stage::Impl::present_thing(const std::string& id) const {
-  for (std::size_t i = 0; i < things.size(); ++i) {
-    if (things[i].id == id && world.state(thing_actor(i)).present) return i;
-  }
-  return std::nullopt;
-}
-
-std::vector<BodyState> Stage::Impl::states() const {
-  std::vector<BodyState> result;
-  result.reserve(world.actor_count());
-  for (std::size_t i = 0; i < world.actor_count(); ++i) result.push_back(world.state(i));
-  return result;
-}
-
-/// What an actor covers on the floor; nothing of what is absent or hangs.
-std::vector<Outline> Stage::Impl::standing(std::size_t actor) const {
-  const BodyState state = world.state(actor);
-  if (!state.present) return {};
-  const StartSpec at{state.pose.x, state.pose.y, state.pose.yaw * kDegree};
-  if (actor < robots.size()) {
-    const RobotModel& model = robot_model(robots[actor].model);
-    if (model.round_radius_m > 0.0) return {circle_outline(state.pose.position(), model.round_radius_m)};
-    return outlines(model, at);
-  }
-  if (actor < thing_actor(0)) return {circle_outline(state.pose.position(), kPersonRadius_m)};
-  ObjectSpec thing = things[actor - thing_actor(0)];
-  if (hangs(thing)) return {};
-  thing.x_m = at.x_m;
-  thing.y_m = at.y_m;
-  thing.yaw_deg = at.yaw_deg;
-  return {outline(thing)};
-}
-
-bool Stage::Impl::is_free(const std::vector<Outline>& place, std::size_t but) const {
-  for (std::size_t i = 0; i < world.actor_count(); ++i) {
-    if (i != but && overlap(place, standing(i))) return false;
-  }
-  return true;
 }
 
 // ---- Conditions of events.
 
 std::optional<Pose2> Stage::Impl::place_of(const std::string& robot) const {
-  const BodyState state = world.state(robot_index(robot));
+  const BodyState state = actors.world.state(actors.robot(robot));
   return state.present ? std::optional(state.pose) : std::nullopt;
 }
 bool Stage::Impl::touches_something(const std::string& robot) const {
-  return world.in_contact(robot_index(robot));
+  return actors.world.in_contact(actors.robot(robot));
 }
 bool Stage::Impl::program_done(const std::string& robot) const {
-  return runs[robot_index(robot)].program.finished();
+  return runs[actors.robot(robot)].program.finished();
 }
 
 // ---- One step.
@@ -252,7 +173,7 @@ void Stage::Impl::end_what_is_over() {
     if (run.driven && time >= run.driven->until) run.driven.reset();
     if (run.slips_until && time >= *run.slips_until) {
       run.slips_until.reset();
-      world.set_grip(i, 1.0);
+      actors.world.set_grip(i, 1.0);
     }
     if (run.carried && time >= run.back_at) put_back_if_free(i);
   }
@@ -264,7 +185,7 @@ void Stage::Impl::steer() {
   Surroundings surroundings;
   const bool needed =
       programs_look && std::any_of(runs.begin(), runs.end(), [](const RobotRun& run) { return run.wanders; });
-  if (needed) surroundings = look_around();
+  if (needed) surroundings = actors.look_around();
   for (std::size_t i = 0; i < runs.size(); ++i) {
     RobotRun& run = runs[i];
     commands[i] = {};
@@ -275,7 +196,7 @@ void Stage::Impl::steer() {
     }
     if (programs_look) {
       run.asked = run.program.command({.time_s = to_seconds(run.own_steps * World::kStep),
-                                       .pose = world.state(i).pose,
+                                       .pose = actors.world.state(i).pose,
                                        .self = i,
                                        .surroundings = needed ? &surroundings : nullptr,
                                        .fired = &director.happened()});
@@ -283,24 +204,6 @@ void Stage::Impl::steer() {
     commands[i] = run.asked;
     ++run.own_steps;
   }
-}
-
-Surroundings Stage::Impl::look_around() const {
-  Surroundings result{scenario.room.size_m, {}};
-  for (std::size_t i = 0; i < world.actor_count(); ++i) {
-    const BodyState state = world.state(i);
-    if (!state.present) continue;
-    Outline outline;
-    if (i < robots.size()) {
-      outline = placed(runs[i].outline, state.pose);
-    } else {
-      const auto parts = standing(i);
-      if (parts.empty()) continue;
-      outline = parts.front();
-    }
-    result.obstacles.push_back(make_obstacle(i, std::move(outline), {state.velocity.x, state.velocity.y}));
-  }
-  return result;
 }
 
 void Stage::Impl::report() {
@@ -323,7 +226,7 @@ void Stage::Impl::report() {
 void Stage::Impl::check(const Action& action) const {
   const auto* remove = std::get_if<RemoveAction>(&action);
   if (remove != nullptr) {
-    if (!present_thing(remove->object))
+    if (!actors.present_thing(remove->object))
       throw std::invalid_argument("object: there is no thing called \"" + remove->object + "\" in the room");
     return;
   }
@@ -332,18 +235,17 @@ void Stage::Impl::check(const Action& action) const {
   const auto* put = std::get_if<PutAction>(&action);
   if (put == nullptr) return;
   const ObjectSpec& thing = put->object;
-  for (std::size_t i = 0; i < world.actor_count(); ++i) {
-    const bool gone = i >= thing_actor(0) && !world.state(i).present;
-    if (!gone && id(i) == thing.id) throw std::invalid_argument("object.id: \"" + thing.id + "\" is taken");
+  for (std::size_t i = 0; i < actors.count(); ++i) {
+    const bool gone = i >= actors.thing(0) && !actors.world.state(i).present;
+    if (!gone && actors.id(i) == thing.id)
+      throw std::invalid_argument("object.id: \"" + thing.id + "\" is taken");
   }
-  if (hangs(thing)) return;
+  if (actors.hangs(thing)) return;
   if (!within(scenario.room, outline(thing)))
     throw std::invalid_argument("object: \"" + thing.id + "\" would stand outside the room or in its wall (" +
                                 room_range(scenario.room) + ", with all of it)");
-  for (std::size_t i = 0; i < world.actor_count(); ++i) {
-    if (overlap({outline(thing)}, standing(i)))
-      throw std::invalid_argument("object: the place is occupied by " + id(i));
-  }
+  if (const auto other = actors.occupant({outline(thing)}, World::kWall))
+    throw std::invalid_argument("object: the place is occupied by " + actors.id(*other));
 }
 
 /// Whether an event's action can be done now; one that cannot waits.
@@ -371,59 +273,58 @@ void Stage::Impl::carry_out(const Action& action) {
 }
 
 void Stage::Impl::apply(const KidnapAction& action) {
-  const std::size_t robot = robot_index(action.robot);
+  const std::size_t robot = actors.robot(action.robot);
   runs[robot].carried = action;
   runs[robot].back_at = time + from_seconds(action.away_s);
   if (action.away_s <= 0.0) {
     put_back_if_free(robot);
   } else {
-    world.take_away(robot);
+    actors.world.take_away(robot);
   }
 }
 
 void Stage::Impl::put_back_if_free(std::size_t robot) {
   RobotRun& run = runs[robot];
   const Pose2 to = pose_of(run.carried->to);
-  if (!is_free({placed(run.outline, to)}, robot)) {
-    world.take_away(robot);
+  if (actors.occupant({placed(run.outline, to)}, robot)) {
+    actors.world.take_away(robot);
     run.back_at = time + kTryAgain;
     return;
   }
-  world.take_away(robot);
-  world.put_down(robot, to);
+  actors.world.take_away(robot);
+  actors.world.put_down(robot, to);
   run.program.moved_to(to);
   run.carried.reset();
 }
 
 void Stage::Impl::apply(const PowerAction& action) {
-  runs[robot_index(action.robot)].on = action.on;
+  runs[actors.robot(action.robot)].on = action.on;
 }
 
 void Stage::Impl::apply(const SlipAction& action) {
-  const std::size_t robot = robot_index(action.robot);
-  world.set_grip(robot, action.grip);
+  const std::size_t robot = actors.robot(action.robot);
+  actors.world.set_grip(robot, action.grip);
   runs[robot].slips_until = time + from_seconds(action.for_s);
 }
 
 void Stage::Impl::apply(const DriveAction& action) {
-  runs[robot_index(action.robot)].driven =
+  runs[actors.robot(action.robot)].driven =
       Hold{time + from_seconds(action.for_s), {action.v_mps, action.side_mps, action.w_degps * kRadians}};
 }
 
 void Stage::Impl::apply(const PushAction& action) {
-  world.push(robot_index(action.robot), {action.impulse_ns[0], action.impulse_ns[1]});
+  actors.world.push(actors.robot(action.robot), {action.impulse_ns[0], action.impulse_ns[1]});
 }
 
 void Stage::Impl::apply(const PutAction& action) {
-  world.add_thing(action.object);
-  things.push_back(action.object);
+  actors.put(action.object);
   effects.push_back({time, action});
 }
 
 void Stage::Impl::apply(const RemoveAction& action) {
-  const auto thing = present_thing(action.object);
+  const auto thing = actors.present_thing(action.object);
   if (!thing) return;
-  world.take_away(thing_actor(*thing));
+  actors.world.take_away(*thing);
   effects.push_back({time, action});
 }
 
@@ -440,14 +341,13 @@ void Stage::advance() {
   my.end_what_is_over();
   my.steer();
   const Duration next = (my.steps + 1) * World::kStep;
-  for (std::size_t i = 0; i < my.scenario.people.size(); ++i)
-    my.world.walk(my.person_actor(i), person_at(my.scenario.people[i], next));
-  my.world.step(my.commands);
+  my.actors.walk(next);
+  my.actors.world.step(my.commands);
   ++my.steps;
   my.time = next;
   for (std::size_t i = 0; i < my.runs.size(); ++i)
-    my.runs[i].odometry.turn(my.world.wheel_speeds(i), to_seconds(World::kStep));
-  my.timeline.append(my.states(), my.world.touches());
+    my.runs[i].odometry.turn(my.actors.world.wheel_speeds(i), to_seconds(World::kStep));
+  my.timeline.append(my.actors.states(), my.actors.world.touches());
   my.report();
 }
 
@@ -455,24 +355,25 @@ Duration Stage::time() const {
   return impl_->time;
 }
 std::size_t Stage::actor_count() const {
-  return impl_->world.actor_count();
+  return impl_->actors.count();
 }
 Actor Stage::actor(std::size_t index) const {
-  if (index < impl_->robots.size()) return {ActorKind::robot, index};
-  if (index < impl_->thing_actor(0)) return {ActorKind::person, index - impl_->robots.size()};
-  return {ActorKind::thing, index - impl_->thing_actor(0)};
+  const Actors& actors = impl_->actors;
+  if (index < actors.person(0)) return {ActorKind::robot, index};
+  if (index < actors.thing(0)) return {ActorKind::person, index - actors.person(0)};
+  return {ActorKind::thing, index - actors.thing(0)};
 }
 const std::string& Stage::id(std::size_t actor) const {
-  return impl_->id(actor);
+  return impl_->actors.id(actor);
 }
 const std::vector<RobotSpec>& Stage::robots() const {
-  return impl_->robots;
+  return impl_->actors.robots();
 }
 const std::vector<PersonSpec>& Stage::people() const {
-  return impl_->scenario.people;
+  return impl_->actors.people();
 }
 const std::vector<ObjectSpec>& Stage::things() const {
-  return impl_->things;
+  return impl_->actors.things();
 }
 const Timeline& Stage::timeline() const {
   return impl_->timeline;
@@ -484,7 +385,7 @@ void Stage::forget_before(Duration time) {
 std::vector<std::string> Stage::touches(std::size_t actor, Duration time) const {
   std::vector<std::string> ids;
   for (const std::size_t other : impl_->timeline.touches(actor, time))
-    ids.push_back(other == World::kWall ? "wall" : impl_->id(other));
+    ids.push_back(other == World::kWall ? "wall" : impl_->actors.id(other));
   return ids;
 }
 
