@@ -54,9 +54,11 @@ class PoseServer {
     const Recording& room = recording(10);
     Tracker tracker({room.camera});
     for (const RobotSpec& spec : room.robots) tracker.add(spec);
-    return std::make_unique<Pipeline>(std::make_unique<PlayedFrames>(room, stop),
-                                      std::vector<service::NamedCamera>{{"ceiling", room.camera}},
-                                      std::move(tracker), service::PipelineOptions{});
+    return std::make_unique<Pipeline>(
+        service::PipelineParts{.source = std::make_shared<PlayedFrames>(room, stop),
+                               .cameras = {{"ceiling", room.camera}},
+                               .tracker = std::move(tracker)},
+        service::PipelineOptions{});
   }
 
   void wait_for_poses() const {
