@@ -73,7 +73,7 @@ std::vector<Outline> Actors::standing(std::size_t actor) const {
     if (model.round_radius_m > 0.0) return {circle_outline(state.pose.position(), model.round_radius_m)};
     return outlines(model, at);
   }
-  if (actor < thing(0)) return {circle_outline(state.pose.position(), kPersonRadius_m)};
+  if (actor < thing(0)) return {circle_outline(state.pose.position(), kPersonRadius)};
   ObjectSpec spec = things_[actor - thing(0)];
   if (hangs(spec)) return {};
   spec.x_m = at.x_m;

@@ -11,18 +11,18 @@ namespace skylight::sim {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
-constexpr double kPlanEvery_s = 0.05;
-constexpr double kHorizon_s = 1.5;
-constexpr double kSample_m = 0.1;      ///< along an arc
-constexpr double kSpare_m = 0.02;      ///< kept beside avoid_m, for braking and between samples
-constexpr double kGiven_m = 0.005;     ///< of what is spare, at a time
-constexpr double kTouching_m = 0.02;   ///< nearer than this it goes only away
+constexpr double kPlanEvery = 0.05;    ///< s
+constexpr double kHorizon = 1.5;       ///< s, so far it looks ahead
+constexpr double kSample = 0.1;        ///< m along an arc
+constexpr double kSpare = 0.02;        ///< m kept beside avoid_m, for braking and between samples
+constexpr double kGiven = 0.005;       ///< m of what is spare, at a time
+constexpr double kTouching = 0.02;     ///< m: nearer than this it goes only away
 constexpr double kSlowestTurn = 0.35;  ///< rad/s: it turns away at least as fast
-constexpr double kForgetSide_s = 1.0;
-constexpr double kWatch_s = 3.0;  ///< that it does not get on is noticed after so long
-constexpr double kStuck_m = 0.02;
-constexpr double kStuck_rad = 0.2;
-constexpr double kBack_s = 1.0;
+constexpr double kForgetSide = 1.0;    ///< s
+constexpr double kWatch = 3.0;         ///< s: that it does not get on is noticed after so long
+constexpr double kStuckWay = 0.02;     ///< m: who moves and turns less does not get on
+constexpr double kStuckTurn = 0.2;     ///< rad
+constexpr double kBackOff = 1.0;       ///< s
 
 }  // namespace
 
@@ -57,7 +57,7 @@ Command Wanderer::next(const ProgramContext& context) {
     return {freeing->v, 0.0, freeing->w};
   }
   if (context.time_s >= next_plan_s_ - 1e-9) {
-    next_plan_s_ = context.time_s + kPlanEvery_s;
+    next_plan_s_ = context.time_s + kPlanEvery;
     chosen_ = plan(context);
   }
   return {chosen_.v, 0.0, chosen_.w};
@@ -66,9 +66,9 @@ Command Wanderer::next(const ProgramContext& context) {
 Wanderer::Arc Wanderer::plan(const ProgramContext& context) {
   if (step_.avoid_m <= 0.0 || context.surroundings == nullptr) return wanted_;
   const auto obstacles = near(context);
-  const double keep = step_.avoid_m + kSpare_m;
+  const double keep = step_.avoid_m + kSpare;
   if (room_ahead(context, obstacles, wanted_, keep) >= keep) {
-    if (context.time_s - clear_since_s_ > kForgetSide_s) side_ = 0;
+    if (context.time_s - clear_since_s_ > kForgetSide) side_ = 0;
     return wanted_;
   }
   clear_since_s_ = context.time_s;
@@ -84,8 +84,8 @@ std::vector<const Obstacle*> Wanderer::near(const ProgramContext& context) const
   std::vector<const Obstacle*> result;
   for (const Obstacle& obstacle : context.surroundings->obstacles) {
     if (obstacle.actor == context.self) continue;
-    const double reach = limits_.reach_m + step_.avoid_m + kSpare_m + obstacle.radius_m +
-                         kHorizon_s * (step_.speed_mps + obstacle.velocity.norm());
+    const double reach = limits_.reach_m + step_.avoid_m + kSpare + obstacle.radius_m +
+                         kHorizon * (step_.speed_mps + obstacle.velocity.norm());
     if ((obstacle.middle - context.pose.position()).squaredNorm() < reach * reach)
       result.push_back(&obstacle);
   }
@@ -108,10 +108,10 @@ double Wanderer::clearance(const ProgramContext& context, const std::vector<cons
 /// The least clearance on an arc's way, or the first that is below `good_enough`.
 double Wanderer::room_ahead(const ProgramContext& context, const std::vector<const Obstacle*>& obstacles,
                             Arc arc, double good_enough) const {
-  const int samples = std::clamp(static_cast<int>(std::abs(arc.v) * kHorizon_s / kSample_m) + 1, 5, 40);
+  const int samples = std::clamp(static_cast<int>(std::abs(arc.v) * kHorizon / kSample) + 1, 5, 40);
   double least = std::numeric_limits<double>::infinity();
   for (int i = 1; i <= samples && least >= good_enough; ++i) {
-    const double t = kHorizon_s * i / samples;
+    const double t = kHorizon * i / samples;
     const double half = 0.5 * arc.w * t;  // the chord of the arc
     const double chord = arc.v * t * (std::abs(half) > 1e-9 ? std::sin(half) / half : 1.0);
     const double direction = context.pose.yaw + half;
@@ -125,7 +125,7 @@ double Wanderer::room_ahead(const ProgramContext& context, const std::vector<con
 /// The arc that costs least: differing from what is wanted, and, where there is no way round it, coming near.
 Wanderer::Arc Wanderer::best_arc(const ProgramContext& context, const std::vector<const Obstacle*>& obstacles,
                                  double room_now) {
-  const double keep = step_.avoid_m + kSpare_m;
+  const double keep = step_.avoid_m + kSpare;
   const bool strict = room_now >= step_.avoid_m;
   const double fastest = std::max(wanted_.v, 0.3 * step_.speed_mps);
   Arc best{0.0, (side_ != 0 ? side_ : (wanted_.w < 0.0 ? -1 : 1)) * fastest_turn_};
@@ -140,8 +140,8 @@ Wanderer::Arc Wanderer::best_arc(const ProgramContext& context, const std::vecto
       if (side_ * arc.w < 0.0) cost += 0.6;
       if (cost >= least_cost) continue;
       const double room = speed == 0.0 ? room_now : room_ahead(context, obstacles, arc, -1e9);
-      if (strict && room < std::min(keep, std::max(step_.avoid_m, room_now - kGiven_m))) continue;
-      if (room < std::min(kTouching_m, room_now)) continue;
+      if (strict && room < std::min(keep, std::max(step_.avoid_m, room_now - kGiven))) continue;
+      if (room < std::min(kTouching, room_now)) continue;
       cost += 4.0 * std::max(0.0, (keep - room) / keep);
       if (cost >= least_cost) continue;
       least_cost = cost;
@@ -157,17 +157,17 @@ std::optional<Wanderer::Arc> Wanderer::free_itself(const ProgramContext& context
   if (t < back_until_s_) return Arc{way_back_ * 0.5 * step_.speed_mps, 0.0};
   if (t < free_until_s_) return Arc{0.0, way_round_ * fastest_turn_};
   const bool moves = chosen_.v != 0.0 || chosen_.w != 0.0;
-  if (!moves || !watched_ || (context.pose.position() - watched_->position()).norm() > kStuck_m ||
-      std::abs(wrap_angle(context.pose.yaw - watched_->yaw)) > kStuck_rad) {
+  if (!moves || !watched_ || (context.pose.position() - watched_->position()).norm() > kStuckWay ||
+      std::abs(wrap_angle(context.pose.yaw - watched_->yaw)) > kStuckTurn) {
     watched_ = context.pose;
     watched_since_s_ = t;
     return std::nullopt;
   }
-  if (t - watched_since_s_ < kWatch_s) return std::nullopt;
+  if (t - watched_since_s_ < kWatch) return std::nullopt;
   way_back_ = chosen_.v < 0.0 ? 1.0 : -1.0;
   way_round_ = chance_.uniform() < 0.5 ? -1.0 : 1.0;
   side_ = 0;
-  back_until_s_ = t + kBack_s;
+  back_until_s_ = t + kBackOff;
   free_until_s_ = back_until_s_ + (1.0 + chance_.uniform()) * 1.2 / fastest_turn_;
   watched_.reset();
   return Arc{way_back_ * 0.5 * step_.speed_mps, 0.0};

@@ -315,7 +315,7 @@ std::size_t World::add_thing(const ObjectSpec& thing) {
 
 std::size_t World::add_person() {
   b2Body* body = impl_->make_body({}, b2_kinematicBody);
-  const b2CircleShape feet = circle(kPersonRadius_m);
+  const b2CircleShape feet = circle(kPersonRadius);
   body->CreateFixture(&feet, 0.0F);
   body->SetEnabled(false);
   return impl_->add({.kind = ActorKind::person, .body = body, .present = false}, {});

@@ -40,7 +40,7 @@ struct Touch {
 };
 
 /// Radius of the circle on the floor that a person takes.
-inline constexpr double kPersonRadius_m = 0.16;
+inline constexpr double kPersonRadius = 0.16;
 
 class World {
  public:
