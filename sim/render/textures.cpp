@@ -12,7 +12,6 @@
 namespace skylight::sim {
 namespace {
 
-constexpr int kMaxFloorPixels = 4096;
 constexpr int kMaxPicture = 8192;
 
 /// The size that a PNG or JPEG file claims, read before a decoder sets memory aside for it.
@@ -39,86 +38,6 @@ std::optional<cv::Size> claimed_size(std::istream& file) {
     at += 2 + static_cast<std::streamoff>(bytes(at + 2, 2));
   }
   return std::nullopt;
-}
-
-/// Smooth noise of mean 0 and about unit strength: random values on a coarse grid, cubic between.
-cv::Mat smooth_noise(cv::RNG& random, const cv::Size& size, double grain_px) {
-  const cv::Size coarse(std::max(2, static_cast<int>(std::ceil(size.width / grain_px)) + 2),
-                        std::max(2, static_cast<int>(std::ceil(size.height / grain_px)) + 2));
-  cv::Mat values(coarse, CV_32FC1);
-  random.fill(values, cv::RNG::NORMAL, 0.0, 1.0);
-  cv::Mat scaled;
-  cv::resize(values, scaled, size, 0, 0, grain_px > 1.0 ? cv::INTER_CUBIC : cv::INTER_AREA);
-  return scaled;
-}
-
-/// Factor on the floor's colour, CV_32FC1: cloudy concrete with fine pores.
-cv::Mat concrete(cv::RNG& random, const cv::Size& size, double metres_per_px) {
-  cv::Mat factor(size, CV_32FC1, cv::Scalar(1.0));
-  factor += 0.16 * smooth_noise(random, size, 0.6 / metres_per_px);
-  factor += 0.12 * smooth_noise(random, size, 0.12 / metres_per_px);
-  factor += 0.10 * smooth_noise(random, size, 0.03 / metres_per_px);
-  factor += 0.14 * smooth_noise(random, size, 0.006 / metres_per_px);
-  return factor;
-}
-
-/// Terrazzo: chips of many sizes and tones, each with corners. The hardest floor for feature matching.
-cv::Mat speckle(cv::RNG& random, const cv::Size& size, double metres_per_px) {
-  cv::Mat factor(size, CV_32FC1, cv::Scalar(1.0));
-  const double area = size.width * metres_per_px * size.height * metres_per_px;
-  const int chips = static_cast<int>(std::min(400000.0, 900.0 * area));
-  for (int i = 0; i < chips; ++i) {
-    const cv::Point2d centre(random.uniform(0.0, 1.0 * size.width), random.uniform(0.0, 1.0 * size.height));
-    const double radius = (0.004 + 0.012 * std::pow(random.uniform(0.0, 1.0), 3.0)) / metres_per_px;
-    std::vector<cv::Point> corners;
-    for (int k = 0; k < 5; ++k) {
-      const double angle = (k + random.uniform(-0.35, 0.35)) * CV_2PI / 5.0;
-      const double r = radius * random.uniform(0.6, 1.2);
-      corners.emplace_back(cv::saturate_cast<int>((centre.x + r * std::cos(angle)) * 16.0),
-                           cv::saturate_cast<int>((centre.y + r * std::sin(angle)) * 16.0));
-    }
-    cv::fillConvexPoly(factor, corners, cv::Scalar(1.0 + random.uniform(-1.1, 0.9)), cv::LINE_8, 4);
-  }
-  return factor;
-}
-
-/// Square tiles, each of its own tone and grain, with darker joints.
-cv::Mat tiles(cv::RNG& random, const cv::Size& size, double metres_per_px, double tile_m) {
-  cv::Mat factor = 0.6 * concrete(random, size, metres_per_px) + 0.4;
-  const double tile = tile_m / metres_per_px;
-  const int across = static_cast<int>(size.width / tile) / 2 + 2;
-  const int down = static_cast<int>(size.height / tile) / 2 + 2;
-  const cv::Rect all(cv::Point(0, 0), size);
-  const auto edge = [&](int index, int length) {
-    return static_cast<int>(std::lround(0.5 * length + index * tile));
-  };
-  for (int j = -down; j < down; ++j) {
-    for (int i = -across; i < across; ++i) {
-      const double tone = 1.0 + 0.13 * random.gaussian(1.0);
-      const cv::Rect place(cv::Point(edge(i, size.width), edge(j, size.height)),
-                           cv::Point(edge(i + 1, size.width), edge(j + 1, size.height)));
-      if ((place & all).area() > 0) factor(place & all) *= tone;
-    }
-  }
-  const int joint = std::max(1, static_cast<int>(std::lround(0.006 / metres_per_px)));
-  for (int i = -across; i <= across; ++i) {
-    const int x = edge(i, size.width);
-    cv::rectangle(factor, cv::Rect(x - joint / 2, 0, joint, size.height), cv::Scalar(0.35), cv::FILLED);
-  }
-  for (int j = -down; j <= down; ++j) {
-    const int y = edge(j, size.height);
-    cv::rectangle(factor, cv::Rect(0, y - joint / 2, size.width, joint), cv::Scalar(0.35), cv::FILLED);
-  }
-  return factor;
-}
-
-cv::Mat coloured(const cv::Mat& factor, const FloorSpec& floor) {
-  const cv::Mat softened = 1.0 + floor.contrast * (factor - 1.0);
-  std::vector<cv::Mat> channels(3);
-  for (std::size_t c = 0; c < 3; ++c) softened.convertTo(channels[c], CV_8U, floor.color_rgb[2 - c]);
-  cv::Mat image;
-  cv::merge(channels, image);
-  return image;
 }
 
 cv::Scalar hsv(double hue_deg, double saturation, double value) {
@@ -164,26 +83,6 @@ Texture::Texture(const cv::Mat& image, bool wrap) : wrap_(wrap) {
 int Texture::level_for(double footprint_px) const {
   const int level = footprint_px > 1.0 ? static_cast<int>(std::floor(std::log2(footprint_px))) : 0;
   return std::min(level, static_cast<int>(levels_.size()) - 1);
-}
-
-FloorTexture make_floor(const RoomSpec& room, std::uint64_t seed, const std::filesystem::path& folder) {
-  const FloorSpec& floor = room.floor;
-  if (floor.material == FloorMaterial::picture) {
-    cv::Mat picture = load_picture(folder, floor.picture, "room.floor.picture");
-    if (picture.channels() == 4) cv::cvtColor(picture, picture, cv::COLOR_BGRA2BGR);
-    return {Texture(picture, true), floor.picture_width_m / picture.cols};
-  }
-  const double metres_per_px = std::max(0.002, std::max(room.size_m[0], room.size_m[1]) / kMaxFloorPixels);
-  const auto pixels = [&](double metres) {
-    return std::max(8, static_cast<int>(std::ceil(metres / metres_per_px)));
-  };
-  const cv::Size size(pixels(room.size_m[0]), pixels(room.size_m[1]));
-  cv::RNG random(seed);
-  cv::Mat factor(size, CV_32FC1, cv::Scalar(1.0));
-  if (floor.material == FloorMaterial::concrete) factor = concrete(random, size, metres_per_px);
-  if (floor.material == FloorMaterial::speckle) factor = speckle(random, size, metres_per_px);
-  if (floor.material == FloorMaterial::tiles) factor = tiles(random, size, metres_per_px, floor.tile_m);
-  return {Texture(coloured(factor, floor), false), metres_per_px};
 }
 
 cv::Mat draw_robot_picture(std::uint64_t seed, int size_px) {

@@ -76,12 +76,14 @@ inline Bgr Texture::sample(int level, float column, float row) const {
   return result;
 }
 
-/// A floor from above: +x of `map` to the right, +y up, the room's middle in the picture's middle (or, for
+/// A floor from above (floors.cpp): +x of `map` to the right, +y up, the room's middle in the picture's middle (or, for
 /// pictures from a file, repeated from there).
 struct FloorTexture {
   Texture texture;
   double metres_per_px = 0.002;
 };
+/// Floors are drawn at 2 mm a pixel, coarser in rooms beyond 8 m. Throws as load_picture() for
+/// room.floor.picture.
 FloorTexture make_floor(const RoomSpec& room, std::uint64_t seed, const std::filesystem::path& folder);
 
 /// A square picture (CV_8UC3) with many corners and no symmetry, different for each seed.

@@ -25,11 +25,11 @@ struct PictureSpec {
 struct TagSpec {
   std::string family = "36h11";
   int id = 0;
-  double size_m = 0.08;  ///< of the black border's outer edge
-  double x_m = 0.0;      ///< of its middle, from the plate's middle
-  double y_m = 0.0;
-  double yaw_deg = 0.0;  ///< of its x axis (to the right in the upright tag) from the robot's -y: 0 is
-                         ///< upright, seen facing forward
+  double size_m = 0.08;       ///< between the corners that a detector reports: the border's outer edge
+  std::optional<double> x_m;  ///< of its middle, from the plate's middle; both absent: the free place
+  std::optional<double> y_m;  ///< nearest to the plate's middle; one absent: 0
+  double yaw_deg = 0.0;       ///< of its x axis (to the right in the upright tag) from the robot's -y: 0 is
+                              ///< upright, seen facing forward
 };
 
 struct StartSpec {

@@ -39,11 +39,11 @@ void describe(Fields& fields, TagSpec& tag) {
                 .help = "Family of the tag."});
   fields.field("id", tag.id, {.min = 0, .max = 2114, .help = "Number within the family."});
   fields.field("size_m", tag.size_m,
-               {.min = 0.01, .max = 10, .unit = "m", .help = "Outer edge of its black border."});
+               {.min = 0.01, .max = 10, .unit = "m", .help = "Outer edge of its border."});
   fields.field("x_m", tag.x_m,
-               {.min = -10, .max = 10, .unit = "m", .help = "Its middle, forward of the plate's."});
+               {.min = -10, .max = 10, .unit = "m", .help = "Its middle, forward of the plate's; with y_m absent: where there is room."});
   fields.field("y_m", tag.y_m,
-               {.min = -10, .max = 10, .unit = "m", .help = "Its middle, left of the plate's."});
+               {.min = -10, .max = 10, .unit = "m", .help = "Its middle, left of the plate's; with x_m absent: where there is room."});
   fields.field("yaw_deg", tag.yaw_deg,
                {.min = -360, .max = 360, .unit = "deg", .help = "0: its up is the robot's front."});
 }
