@@ -195,8 +195,8 @@ TEST(ProgramSteps, ARobotThatWasPutElsewhereGoesOnToWhereItWasGoing) {
   Drive drive(RobotModelName::waffle_pi, {-2.0, 0.0, 0.0},
               {{WaypointsStep{{{1.0, 0.0}, {1.0, 1.5}}, 0.25, false}}});
   drive.run(4.0);
-  drive.world.put_down(0, {2.0, -1.5, -1.0});
-  drive.program.moved_to({2.0, -1.5, -1.0});
+  drive.world.put_down(0, {2.0, 1.2, -1.0});
+  drive.program.moved_to({2.0, 1.2, -1.0});
   double nearest = 9.0;
   while (!drive.program.finished() && drive.time < 60.0) {
     drive.run(0.1);

@@ -69,8 +69,8 @@ TEST(Stage, EventsHappenInTheirOrderAtTheirStep) {
   Scenario scenario;
   EventSpec again = at(0.1, "again");
   again.every_s = 0.05;
-  scenario.events = {when({AfterEvent{"b", 0.02}}, "c"), at(0.0301, "b"), at(0.004, "a"),
-                     when({AfterEvent{"c"}}, "d"), again};
+  scenario.events = {when({AfterEvent{"c"}}, "d"), when({AfterEvent{"b", 0.02}}, "c"), at(0.0301, "b"),
+                     at(0.004, "a"), again};
   Stage stage(scenario);
   advance(stage, 0.25);
   // A step is 2 ms; d follows c in the same step.
