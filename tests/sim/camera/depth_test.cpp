@@ -181,7 +181,7 @@ TEST(DepthHoles, AreAPixelOnBothSidesOfAnEdgeInTimeOfFlight) {
 TEST(DepthHoles, AreNotOnASlopeNorWithoutNoiseNorAtFactorZero) {
   cv::Mat slope(60, 400, CV_32FC1);
   for (int y = 0; y < slope.rows; ++y) {
-    for (int x = 0; x < slope.cols; ++x) slope.at<float>(y, x) = 2.0F + 0.004F * static_cast<float>(x + y);
+    for (int x = 0; x < slope.cols; ++x) slope.at<float>(y, x) = 2.0F + 0.012F * static_cast<float>(x + y);
   }
   const cv::Mat edge = scene({200, 20, 60, 20}, 1.0, 2.0);
   for (const DepthModel model :

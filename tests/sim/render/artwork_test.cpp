@@ -240,6 +240,22 @@ TEST(Artwork, KeepsThePictureAroundTheTag) {
   EXPECT_EQ(detect(with.image, "36h11").id, 3);
 }
 
+TEST(Artwork, KeepsASmallPictureInTheMiddleAndAtItsSizeBesideATag) {
+  Scenario scenario = scenario_with({.id = 3, .size_m = 0.03, .x_m = 0.08, .y_m = 0.08});
+  scenario.robots[0].picture.enabled = true;
+  scenario.robots[0].picture.width_m = 0.1;
+  RobotPicture picture = make_picture(scenario, 0);
+  cv::Mat alpha;
+  cv::extractChannel(picture.image, alpha, 3);
+  const cv::Rect middle(alpha.cols / 4, alpha.rows / 4, alpha.cols / 2, alpha.rows / 2);  // without the tag
+  const cv::Rect printed = cv::boundingRect(alpha(middle)) + middle.tl();
+  const double mpp = picture.metres_per_pixel;
+  EXPECT_NEAR(printed.width * mpp, 0.1, 1.5 * mpp);
+  EXPECT_NEAR(printed.height * mpp, 0.1, 1.5 * mpp);
+  EXPECT_EQ(2 * printed.x + printed.width, alpha.cols);
+  EXPECT_EQ(2 * printed.y + printed.height, alpha.rows);
+}
+
 TEST(Artwork, CoveredHidesTheTagAloneOrAll) {
   Scenario scenario = scenario_with({.id = 3, .size_m = 0.05, .x_m = -0.05, .y_m = 0.05});
   scenario.robots[0].picture.enabled = true;
