@@ -57,7 +57,7 @@ using I8 = std::int32_t __attribute__((vector_size(32)));
 [[gnu::always_inline]] inline F8 divisible(const F8& v, float smallest) {
   const F8 low = all(smallest);
   const F8 away = v < 0.0F ? -low : low;
-  return (v < low) & (v > -low) ? away : v;
+  return ((v < low) & (v > -low)) ? away : v;
 }
 [[gnu::always_inline]] inline F8 root(const F8& v) {
   F8 result;

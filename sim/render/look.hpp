@@ -21,9 +21,9 @@ struct RobotLook {
 /// picture left its +y; its middle lies in the middle of `area`; beyond it the solid's own colour shows.
 struct Decal {
   Texture texture;
-  Rectangle area;                ///< body frame
-  double metres_per_px = 0.001;  ///< of the texture
-  double gloss = 0.02;           ///< share of the lamps' light that it mirrors, 0 to 1
+  Rectangle area{{0.0, 0.0}, {0.0, 0.0}};  ///< body frame
+  double metres_per_px = 0.001;            ///< of the texture
+  double gloss = 0.02;                     ///< share of the lamps' light that it mirrors, 0 to 1
 };
 
 /// Body frame: on the floor, z up. Solids in any order, at most 16.
@@ -76,7 +76,7 @@ class Look {
   Print print_;
   double metres_per_px_ = 0.001;
   Eigen::Vector2d print_origin_{0.0, 0.0};
-  Rectangle seen_area_{};
+  Rectangle seen_area_{{0.0, 0.0}, {0.0, 0.0}};
   double seen_height_ = 0.0;
 };
 

@@ -13,7 +13,7 @@
 namespace skylight::sim {
 
 /// Offsets of the samples from the pixel's centre, px.
-struct SampleOffsets {
+struct alignas(32) SampleOffsets {
   std::array<F8, 2> x{}, y{};
   SampleOffsets() {
     for (std::size_t i = 0; i < kSamples; ++i) {
@@ -24,7 +24,7 @@ struct SampleOffsets {
 };
 
 /// Directions of sixteen samples, in `map`.
-struct SampleRays {
+struct alignas(32) SampleRays {
   std::array<F8, 2> x, y, z;
 };
 
@@ -41,6 +41,20 @@ struct PlaneRows {
   const float along_y = 0.5F * (rows.below[x] - rows.above[x]);
   return rows.at[x] + along_x * offset_x + along_y * offset_y;
 }
+
+#if defined(__SSE2__)
+/// Adds a texel and its right, lower and lower right neighbours; weights of an upper and a lower one in 16
+/// bits each.
+[[gnu::always_inline]] inline void add_texel(const std::uint32_t* at, int stride, std::int32_t left,
+                                             std::int32_t right, __m128i& sum) {
+  const __m128i upper = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(at));
+  const __m128i lower = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(at + stride));
+  const __m128i both = _mm_unpacklo_epi8(upper, lower);  // of each colour the upper texel's, the lower's
+  const __m128i nothing = _mm_setzero_si128();
+  sum = _mm_add_epi32(sum, _mm_madd_epi16(_mm_unpacklo_epi8(both, nothing), _mm_set1_epi32(left)));
+  sum = _mm_add_epi32(sum, _mm_madd_epi16(_mm_unpackhi_epi8(both, nothing), _mm_set1_epi32(right)));
+}
+#endif
 
 /// Adds the texels at sixteen places, weighted between their neighbours, in units of 1 / kWeightOne: blue,
 /// green, red. Places in texels of the level; the samples in `wanted` count (bit i: sample i). Whole numbers:
@@ -78,20 +92,15 @@ struct PlaneRows {
   }
   const std::uint32_t* texels = level.texels.data();
 #if defined(__SSE2__)
-  const __m128i nothing = _mm_setzero_si128();
-  __m128i total_of = nothing;
-  for (; wanted != 0; wanted &= wanted - 1) {
-    const auto i = static_cast<std::size_t>(std::countr_zero(wanted));
-    const std::uint32_t* at = texels + place[i];
-    __m128i upper;
-    __m128i lower;
-    upper = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(at));
-    lower = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(at + level.stride));
-    const __m128i both = _mm_unpacklo_epi8(upper, lower);  // of each colour the upper texel's, the lower's
-    total_of =
-        _mm_add_epi32(total_of, _mm_madd_epi16(_mm_unpacklo_epi8(both, nothing), _mm_set1_epi32(left[i])));
-    total_of =
-        _mm_add_epi32(total_of, _mm_madd_epi16(_mm_unpackhi_epi8(both, nothing), _mm_set1_epi32(right[i])));
+  __m128i total_of = _mm_setzero_si128();
+  if (wanted == 0xffffU) {
+    for (std::size_t i = 0; i < kSamples; ++i)
+      add_texel(texels + place[i], level.stride, left[i], right[i], total_of);
+  } else {
+    for (; wanted != 0; wanted &= wanted - 1) {
+      const auto i = static_cast<std::size_t>(std::countr_zero(wanted));
+      add_texel(texels + place[i], level.stride, left[i], right[i], total_of);
+    }
   }
   alignas(16) std::array<std::int32_t, 4> sums;
   _mm_store_si128(reinterpret_cast<__m128i*>(sums.data()), total_of);

@@ -350,7 +350,7 @@ void Placed::light_up(const View& view, const std::vector<ShadowCaster>& others)
 /// Light changes slowly over a plate: it is worked out at a few places, and only what casters keep off at
 /// each node.
 void Placed::light_plate(const View& view, const std::vector<ShadowCaster>& casters) {
-  constexpr int kCoarse = 4;  // intervals
+  constexpr int kCoarse = 5;  // intervals
   constexpr int kNodes = PlateLight::kNodes;
   constexpr int kFiner = (kNodes - 1) / kCoarse;
   constexpr std::size_t kMostLamps = 8;
@@ -386,11 +386,11 @@ void Placed::light_plate(const View& view, const std::vector<ShadowCaster>& cast
   out.per_y = static_cast<float>((kNodes - 1) / size.y());
   const auto plane = static_cast<float>(plate.max.z());
   for (int j = 0; j < kNodes; ++j) {
-    std::array<float, 4 * kLanes> x{};
-    std::array<float, 4 * kLanes> y{};
-    std::array<std::array<float, 4 * kLanes>, 2 * kMostLamps> parts{};  // lamps, then what they mirror
-    std::array<float, 4 * kLanes> factor{};
-    std::array<float, 4 * kLanes> added{};
+    std::array<float, kNodes> x{};
+    std::array<float, kNodes> y{};
+    std::array<std::array<float, kNodes>, 2 * kMostLamps> parts{};  // lamps, then what they mirror
+    std::array<float, kNodes> factor{};
+    std::array<float, kNodes> added{};
     for (int i = 0; i < kNodes; ++i) {
       const int ci = std::min(i / kFiner, kCoarse - 1);
       const int cj = std::min(j / kFiner, kCoarse - 1);

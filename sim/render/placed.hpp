@@ -68,7 +68,7 @@ struct Paint {
 
 /// The light on a plate: factor on its colours and grey levels added to them, on a grid.
 struct PlateLight {
-  static constexpr int kNodes = 25;
+  static constexpr int kNodes = 16;
   std::array<float, kNodes * kNodes> factor{};
   std::array<float, kNodes * kNodes> added{};
   float x0 = 0.0F, y0 = 0.0F;                       ///< of the first node, body frame

@@ -42,6 +42,13 @@ class Renderer {
   /// picture.
   Renderer(const Scenario& scenario, const CameraSpec& camera, const FloorTexture& floor);
 
+  // A copy's pictures would be the same memory.
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+  Renderer(Renderer&&) = default;
+  Renderer& operator=(Renderer&&) = default;
+  ~Renderer() = default;
+
   /// What there is besides the room, from now on called by its place in this list; `now` is asked where the
   /// fixed ones are. Draws the standing picture again if it changes.
   void set_actors(std::vector<SceneActor> actors, const PoseAt& now);

@@ -41,6 +41,7 @@ class RowPainter {
     lamps_left_.resize(scene.view.light->lamps().size() * width);
     floor_x_.resize(width);
     floor_y_.resize(width);
+    for (std::vector<float>& row : on_plane_) row.resize(width + kLanes);
   }
 
   [[gnu::always_inline]] inline void paint(int y) {
@@ -163,16 +164,24 @@ class RowPainter {
     const std::size_t lamps = scene_.view.light->lamps().size();
     const std::uint8_t* floor = scene_.standing->floor.ptr(y_);
     auto* mean = scene_.mean->ptr<std::uint16_t>(y_);
-    for (int x = span.begin; x < span.end; ++x) {
-      if (floor[x] == 0) continue;
-      float factor = 1.0F;
-      for (std::size_t l = 0; l < lamps; ++l)
-        factor -=
-            scene_.standing->shares[l].ptr<float>(y_)[x] * (1.0F - lamps_left_[l * left_.size() + at(x)]);
-      if (scene_.into != nullptr) keep_shares(x, factor);
-      factor *= left_[at(x)];
-      for (int c = 3 * x; c < 3 * x + 3; ++c)
-        mean[c] = static_cast<std::uint16_t>(static_cast<float>(mean[c]) * factor + 0.5F);
+    for (int x = span.begin; x < span.end; x += kLanes) {
+      F8 factor = all(1.0F);
+      for (std::size_t l = 0; l < lamps; ++l) {
+        F8 share = all(0.0F);
+        const float* shares = scene_.standing->shares[l].ptr<float>(y_) + x;
+        std::memcpy(&share, shares, at(std::min(kLanes, span.end - x)) * sizeof(float));
+        factor -= share * (1.0F - load(&lamps_left_[l * left_.size() + at(x)]));
+      }
+      alignas(32) std::array<float, kLanes> factors;
+      store(factors.data(), factor);
+      const int count = std::min(kLanes, span.end - x);
+      for (int i = 0; i < count; ++i) {
+        if (floor[x + i] == 0) continue;
+        if (scene_.into != nullptr) keep_shares(x + i, factors[at(i)]);
+        const float left = factors[at(i)] * left_[at(x + i)];
+        for (int c = 3 * (x + i); c < 3 * (x + i) + 3; ++c)
+          mean[c] = static_cast<std::uint16_t>(static_cast<float>(mean[c]) * left + 0.5F);
+      }
     }
   }
 
@@ -328,28 +337,39 @@ class RowPainter {
     }
   }
 
+  /// Where the rays of a stretch (and one more to each side) meet a level plane so far above the camera: x
+  /// and y of this row, of the one above it and of the one below.
+  [[gnu::always_inline]] inline void meet_plane(const Span& span, float up) {
+    const auto row_of = [](const PlaneRows& rows, int i) {
+      return i == 0 ? rows.at : (i == 1 ? rows.above : rows.below);
+    };
+    for (int i = 0; i < 3; ++i) {
+      const float* x = row_of(planes_[0], i);
+      const float* y = row_of(planes_[1], i);
+      const float* z = row_of(planes_[2], i);
+      for (int at_x = span.begin - 1; at_x < span.end + 1; at_x += kLanes) {
+        const F8 reach = up / load(z + at_x);
+        store(&on_plane_[at(2 * i)][at(at_x - span.begin + 1)], reach * load(x + at_x));
+        store(&on_plane_[at(2 * i + 1)][at(at_x - span.begin + 1)], reach * load(y + at_x));
+      }
+    }
+  }
+
   /// Pixels that show nothing but the plate's upper side: where their rays meet its plane changes evenly.
   [[gnu::always_inline]] inline void paint_plate(const Item& item, const Span& span) {
     const Stances& at_row = *slots_[item.slot];
     const Look& look = item.actor->look();
     const Print::Level& level = look.print().level(item.actor->print_level());
     const PrintPlaces places = print_places(look, level);
-    const float down = item.top - eye_.z();
+    meet_plane(span, item.top - eye_.z());
     for (int x = span.begin; x < span.end; ++x) {
-      const float gx = planes_[0].at[x] / planes_[2].at[x] * down;
-      const float gy = planes_[1].at[x] / planes_[2].at[x] * down;
-      const float right_x = planes_[0].at[x + 1] / planes_[2].at[x + 1] * down;
-      const float right_y = planes_[1].at[x + 1] / planes_[2].at[x + 1] * down;
-      const float left_x = planes_[0].at[x - 1] / planes_[2].at[x - 1] * down;
-      const float left_y = planes_[1].at[x - 1] / planes_[2].at[x - 1] * down;
-      const float below_x = planes_[0].below[x] / planes_[2].below[x] * down;
-      const float below_y = planes_[1].below[x] / planes_[2].below[x] * down;
-      const float above_x = planes_[0].above[x] / planes_[2].above[x] * down;
-      const float above_y = planes_[1].above[x] / planes_[2].above[x] * down;
-      const float step_xx = 0.5F * (right_x - left_x);
-      const float step_xy = 0.5F * (below_x - above_x);
-      const float step_yx = 0.5F * (right_y - left_y);
-      const float step_yy = 0.5F * (below_y - above_y);
+      const auto i = at(x - span.begin) + 1;
+      const float gx = on_plane_[0][i];
+      const float gy = on_plane_[1][i];
+      const float step_xx = 0.5F * (on_plane_[0][i + 1] - on_plane_[0][i - 1]);
+      const float step_yx = 0.5F * (on_plane_[1][i + 1] - on_plane_[1][i - 1]);
+      const float step_xy = 0.5F * (on_plane_[4][i] - on_plane_[2][i]);
+      const float step_yy = 0.5F * (on_plane_[5][i] - on_plane_[3][i]);
       std::array<F8, 2> columns;
       std::array<F8, 2> rows;
       for (std::size_t h = 0; h < 2; ++h) {
@@ -622,6 +642,7 @@ class RowPainter {
   int y_ = 0;
   std::array<PlaneRows, 3> planes_{};
   std::vector<float> left_, lamps_left_, floor_x_, floor_y_;
+  std::array<std::vector<float>, 6> on_plane_;
   std::vector<Span> stretches_;
   std::vector<Item> items_, fixed_items_, shown_;
   std::vector<Group> groups_;

@@ -9,7 +9,7 @@
 namespace skylight::sim {
 
 /// In the body frame.
-struct RayLanes {
+struct alignas(32) RayLanes {
   F8 eye_x, eye_y, eye_z;
   F8 x, y, z;                          ///< direction, of any length
   F8 inverse_x, inverse_y, inverse_z;  ///< one over it
@@ -23,7 +23,7 @@ struct RayLanes {
 }
 
 /// What each ray meets first.
-struct HitLanes {
+struct alignas(32) HitLanes {
   F8 distance = all(std::numeric_limits<float>::max());  ///< in units of the ray's direction
   I8 solid = I8{} - 1;                                   ///< the number it was given; -1: nothing
   I8 top = I8{};                                         ///< mask: an upper (or lower) side
