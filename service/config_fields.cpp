@@ -236,7 +236,7 @@ void describe(Fields& fields, SimulatorSource& source) {
       "scenario", source.scenario,
       {.min_length = 1, .help = "Name of a scenario that comes along, or the path of a .json file."});
   fields.field("seed", source.seed, {.help = "Absent: the scenario's own."});
-  fields.field("speed", source.speed, {.above = 0, .max = 100, .help = "Simulated seconds per second."});
+  fields.field("speed", source.speed, {.min = 0.01, .max = 100, .help = "Simulated seconds per second."});
 }
 
 void describe(Fields& fields, VideoSource& source) {

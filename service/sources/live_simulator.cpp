@@ -1,5 +1,6 @@
 #include "service/sources/live_simulator.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace skylight::service {
@@ -58,13 +59,46 @@ std::optional<Frame> LiveSimulator::next() {
     if (state_ != RunState::running) --steps_;
   }
   const std::lock_guard world(frames_mutex_);
-  auto frame = frames_->next();
-  keep(frame);
-  return frame;
+  auto arrived = first_to_arrive();
+  hear();
+  const std::lock_guard lock(mutex_);
+  if (!arrived) {
+    state_ = RunState::ended;
+    return std::nullopt;
+  }
+  delivered_ = arrived->delivered;
+  status_.truth = std::move(arrived->truth);
+  status_.camera = arrived->frame.camera;
+  source_captured_ = arrived->frame.captured;
+  status_.captured = arrived->frame.captured;  // until it is stamped
+  return std::move(arrived->frame);
 }
 
-// What the frame brought, for readers.
-void LiveSimulator::keep(const std::optional<Frame>& frame) {
+// The world runs on until nothing that is still to be captured can arrive before it. None at the end.
+std::optional<LiveSimulator::UnderWay> LiveSimulator::first_to_arrive() {
+  const auto first = [this] {
+    return std::min_element(under_way_.begin(), under_way_.end(),
+                            [](const UnderWay& a, const UnderWay& b) { return a.delivered < b.delivered; });
+  };
+  while (under_way_.empty() || first()->delivered > frames_->now()) {
+    if (!draw()) break;
+  }
+  if (under_way_.empty()) return std::nullopt;
+  const auto at = first();
+  UnderWay arrived = std::move(*at);
+  under_way_.erase(at);
+  return arrived;
+}
+
+bool LiveSimulator::draw() {
+  auto frame = frames_->next();
+  if (!frame) return false;
+  under_way_.push_back({std::move(*frame), frames_->delivered(), frames_->truth()});
+  return true;
+}
+
+// What the world told meanwhile, for readers.
+void LiveSimulator::hear() {
   auto happenings = frames_->take_happenings();
   auto odometry = frames_->take_odometry();
   const std::lock_guard lock(mutex_);
@@ -75,14 +109,6 @@ void LiveSimulator::keep(const std::optional<Frame>& frame) {
   }
   for (Odometry& report : odometry) odometry_[report.robot] = std::move(report);
   status_.time = frames_->now() - frames_->start();
-  if (!frame) {
-    state_ = RunState::ended;
-    return;
-  }
-  status_.truth = frames_->truth();
-  status_.camera = frame->camera;
-  source_captured_ = frame->captured;
-  status_.captured = frame->captured;  // until it is stamped
 }
 
 std::optional<double> LiveSimulator::speed() const {

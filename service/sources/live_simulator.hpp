@@ -34,9 +34,11 @@ class LiveSimulator final : public FrameSource {
   /// For what does not change while it runs: name, seed, duration, cameras, robots, start.
   const SimulatorFrames& shows() const { return *frames_; }
 
-  // FrameSource, for the thread that takes frames. next() waits while it is paused.
+  // FrameSource, for the thread that takes frames. next() waits while it is paused. Frames come in the order
+  // in which they are delivered, of several cameras not that of their capture; the world has run on
+  // meanwhile.
   std::optional<Frame> next() override;
-  Time delivered() const override { return frames_->delivered(); }
+  Time delivered() const override { return delivered_; }
   std::optional<double> speed() const override;
   void stamped(Time at) override;
   void interrupt() override;
@@ -65,11 +67,20 @@ class LiveSimulator final : public FrameSource {
  private:
   class Turn;
   bool may_go() const { return waiting_ == 0 && (state_ == RunState::running || steps_ > 0); }
-  void keep(const std::optional<Frame>& frame);
+  struct UnderWay {
+    Frame frame;
+    Time delivered{};
+    std::vector<Truth> truth;
+  };
+  bool draw();
+  void hear();
+  std::optional<UnderWay> first_to_arrive();
   Time wall_time(Time source) const;
 
   std::mutex frames_mutex_;  ///< held while the world moves or is acted upon; taken before mutex_
   std::unique_ptr<SimulatorFrames> frames_;
+  std::vector<UnderWay> under_way_;  ///< drawn and not yet delivered, in the order of capture
+  Time delivered_ = Time::min();     ///< of the thread that takes frames
 
   mutable std::mutex mutex_;  ///< guards the rest; held for moments only
   std::condition_variable wake_;

@@ -19,7 +19,7 @@ class Ended(Case):
             cls.ended = Service(World.program, str(file))
         wait_for(lambda: cls.ended.request("GET", "/readyz").json().get("detail", ""), lambda d: "ended" in d, 120)
         # Beyond the horizon (2 s) the newest frame is stale.
-        wait_for(lambda: cls.ended.request("GET", "/api/v1/robots/ben/pose").json(), lambda a: a["pose"] is None, 60)
+        wait_for(lambda: cls.ended.request("GET", "/api/v1/robots/ben/pose").json(), lambda a: a["state"] == "lost", 60)
 
     @classmethod
     def tearDownClass(cls):

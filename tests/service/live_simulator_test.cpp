@@ -65,6 +65,27 @@ TEST(LiveSimulator, StandsWhilePausedAndTakesExactlyTheStepsItIsGiven) {
   EXPECT_THAT(waiting.get(), testing::ElementsAre(0, 1, 2));
 }
 
+TEST(LiveSimulator, FramesOfSeveralCamerasComeInTheOrderInWhichTheyArrive) {
+  const RoomFolder folder;
+  std::string scenario = small_scenario("\"duration_s\": 0.3", R"("delivery": {"latency_s": 0.1})");
+  const std::string quick = R"({"id": "quick", "position_m": [0, 0, 1.5], "width_px": 160, "height_px": 120,
+    "fx_px": 125, "fy_px": 125, "frame_rate_hz": 30, "first_frame_s": 0.01}, )";
+  scenario.insert(scenario.find("{\"id\": \"ceiling\""), quick);
+  LiveSimulator simulator(std::make_unique<SimulatorFrames>(folder.write("two.json", scenario), std::nullopt),
+                          1.0);
+  std::vector<Time> delivered;
+  std::vector<std::size_t> cameras;
+  while (const auto frame = simulator.next()) {
+    delivered.push_back(simulator.delivered());
+    cameras.push_back(frame->camera);
+    EXPECT_EQ(simulator.status().camera, frame->camera) << "the truth is this frame's";
+  }
+  EXPECT_EQ(delivered.size(), 18U);
+  EXPECT_TRUE(std::is_sorted(delivered.begin(), delivered.end()));
+  EXPECT_THAT(std::vector(cameras.begin(), cameras.begin() + 4), testing::ElementsAre(0, 0, 0, 1))
+      << "three of the quick one before the first of the slow one";
+}
+
 TEST(LiveSimulator, WhatItCannotDoIsRefusedWithTheKeyAndItGoesOn) {
   const RoomFolder folder;
   const auto simulator = live(folder);
