@@ -100,57 +100,16 @@ Mixture BankStep::predict(const Mixture& from) const {
   return mixed.start;
 }
 
-Mixture BankStep::smooth_back(const Mixture& filtered, const Mixture& smoothed_next) const {
-  const Mixed mixed = mix(filtered);
-  std::array<Gaussian6, kModels> smoothed;
-  for (std::size_t j = 0; j < kModels; ++j) {
-    const Gaussian6& start = mixed.start.part[j];
-    Matrix6 f;
-    const Gaussian6 predicted = model_[j].predict(start, f);
-    const Eigen::LLT<Matrix6> llt(predicted.cov);
-    // G^T = P-^-1 F P0, both symmetric.
-    const Matrix6 gain = llt.solve(f * start.cov).transpose();
-    const Gaussian6& next = smoothed_next.part[j];
-    smoothed[j].mean = start.mean + gain * (next.mean - predicted.mean);
-    smoothed[j].cov = symmetric(start.cov + gain * (next.cov - predicted.cov) * gain.transpose());
-  }
-  Mixture out;
-  for (std::size_t i = 0; i < kModels; ++i) {
-    double sum = 0.0;
-    for (std::size_t j = 0; j < kModels; ++j) sum += smoothed_next.weight[j] * mixed.from[i][j];
-    out.weight[i] = sum;
-    out.part[i] =
-        moments(smoothed, [&](std::size_t j) { return smoothed_next.weight[j] * mixed.from[i][j] / sum; });
-  }
-  normalise(out.weight);
-  return out;
+int step_count(double dt) {
+  return static_cast<int>(std::min<double>(std::ceil(dt / kLongestStep), kMostSteps));
 }
 
 Mixture predict(const ModelBank& bank, const Mixture& from, double dt) {
-  if (dt <= 0.0) return from;
-  const int steps = static_cast<int>(std::ceil(dt / kLongestStep));
+  if (!(dt > 0.0)) return from;
+  const int steps = step_count(dt);
   const BankStep step(bank, dt / steps);
   Mixture out = step.predict(from);
   for (int i = 1; i < steps; ++i) out = step.predict(out);
-  return out;
-}
-
-Mixture smooth_back(const ModelBank& bank, const Mixture& filtered, double dt, const Mixture& smoothed_next) {
-  if (dt <= 0.0) return smoothed_next;
-  const int steps = static_cast<int>(std::ceil(dt / kLongestStep));
-  const BankStep step(bank, dt / steps);
-  if (steps == 1) return step.smooth_back(filtered, smoothed_next);
-  // The way there once more, then back; long ways are rare (a gap that nobody told of), and bounded.
-  constexpr std::size_t kMostKept = 64;
-  std::array<Mixture, kMostKept> way;
-  const int kept = std::min<int>(steps, static_cast<int>(kMostKept));
-  const BankStep wide(bank, dt / kept);
-  const BankStep& used = kept == steps ? step : wide;
-  way[0] = filtered;
-  for (int i = 1; i < kept; ++i)
-    way[static_cast<std::size_t>(i)] = used.predict(way[static_cast<std::size_t>(i - 1)]);
-  Mixture out = smoothed_next;
-  for (int i = kept - 1; i >= 0; --i) out = used.smooth_back(way[static_cast<std::size_t>(i)], out);
   return out;
 }
 
@@ -203,6 +162,23 @@ bool correct(Mixture& mixture, const LinearMeasurement& measured) {
   normalise(out.weight);
   mixture = out;
   return true;
+}
+
+Matrix6 turning(double angle) {
+  Matrix6 t = Matrix6::Identity();
+  t(kU, kU) = t(kS, kS) = std::cos(angle);
+  t(kU, kS) = std::sin(angle);
+  t(kS, kU) = -std::sin(angle);
+  return t;
+}
+
+void turn(Mixture& mixture, double angle) {
+  const Matrix6 t = turning(angle);
+  for (Gaussian6& part : mixture.part) {
+    part.mean = t * part.mean;
+    part.mean[kYaw] += angle;
+    part.cov = (t * part.cov * t.transpose()).eval();
+  }
 }
 
 Gaussian6 collapse(const Mixture& mixture) {

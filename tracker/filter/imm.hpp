@@ -1,6 +1,6 @@
 // Several ways of moving at once: the interacting multiple models filter (H. A. P. Blom, Y. Bar-Shalom, "The
 // interacting multiple model algorithm for systems with Markovian switching coefficients", IEEE Trans.
-// Automatic Control 33(8), 1988) over the models of body_motion.hpp, and its smoother.
+// Automatic Control 33(8), 1988) over the models of body_motion.hpp.
 //
 //   mix      the probability that model j rules next, c_j = sum_i p_ij mu_i; each model starts from the
 //            mixture that would lead to it, weights mu_i|j = p_ij mu_i / c_j (their Eqs. 3.5 to 3.7)
@@ -9,13 +9,6 @@
 //
 // The switching is a Markov chain in continuous time, so that the rate of the frames changes nothing in
 // principle: p_ij(t) = share_ij (1 - exp(-rate_i t)) for i != j.
-//
-// smooth_back is the step from k+1 to k of a Rauch-Tung-Striebel smoother per model, over the pairs that the
-// mixing joined (N. Nadarajah, R. Tharmarasa, M. McDonald, T. Kirubarajan, "IMM forward filtering and
-// backward smoothing for maneuvering target tracking", IEEE Trans. AES 48(3), 2012, with one Gaussian per
-// model at k+1): from the mixed start x0_j of model j,
-//   G_j = P0_j F_j^T (P-_j)^-1,   x^s_j = x0_j + G_j (x^s_j(k+1) - x-_j),   P^s_j alike,
-// and P(i at k | all) = sum_j P(j at k+1 | all) mu_i|j.
 //
 // Yaws in here are continuous (they count turns), never wrapped: only a measured yaw is brought near.
 #pragma once
@@ -41,6 +34,8 @@ struct ModelBank {
 
 /// Longest step, s: longer times are taken in equal parts, because models may switch within.
 inline constexpr double kLongestStep = 0.11;
+/// ... but in no more parts than these, which then are longer.
+inline constexpr int kMostSteps = 64;
 
 /// The mixture: one Gaussian per model with its probability.
 struct Mixture {
@@ -57,13 +52,15 @@ struct LinearMeasurement {
   double yaw_period = 0.0;  ///< of component 2, rad: measured modulo this; 0: as it is
 };
 
+struct Future;
+
 /// The models over one fixed dt: exponentials once, used for every robot and step of that length.
 class BankStep {
  public:
   BankStep(const ModelBank& bank, double dt);
   Mixture predict(const Mixture& from) const;
-  /// The smoothed mixture at k from the filtered one at k and the smoothed one at k+1.
-  Mixture smooth_back(const Mixture& filtered, const Mixture& smoothed_next) const;
+  /// What comes later told to what went before: imm_smoother.hpp.
+  Future back(const Mixture& filtered, const Future& next) const;
 
  private:
   struct Mixed {
@@ -78,7 +75,8 @@ class BankStep {
 
 /// Carried on by dt >= 0, in steps of at most kLongestStep.
 Mixture predict(const ModelBank& bank, const Mixture& from, double dt);
-Mixture smooth_back(const ModelBank& bank, const Mixture& filtered, double dt, const Mixture& smoothed_next);
+/// Into how many steps a time > 0 is parted.
+int step_count(double dt);
 
 /// Of a measurement, before it is used.
 struct Innovation {
@@ -92,6 +90,11 @@ Innovation innovation(const Mixture& predicted, const LinearMeasurement& measure
 /// In place; the Joseph form, so that rounding leaves the covariances positive. False, and nothing done,
 /// where an innovation covariance cannot be inverted.
 bool correct(Mixture& mixture, const LinearMeasurement& measured);
+
+/// d (turned state) / d state for a robot that is called turned by `angle`: its velocity in `map` stays.
+Matrix6 turning(double angle);
+/// In place; the yaw grows by `angle`.
+void turn(Mixture& mixture, double angle);
 
 /// Mean and covariance of the mixture.
 Gaussian6 collapse(const Mixture& mixture);

@@ -7,6 +7,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "tracker/filter/imm_smoother.hpp"
+
 namespace skylight {
 
 using motion::Gaussian6;
@@ -20,7 +22,8 @@ constexpr double kTwoPi = 2.0 * std::numbers::pi;
 /// No detector is finer than this: 0.01 mm and 0.0006 degrees.
 constexpr double kFinest = 1e-5;
 /// A gap is one from here on; a single frame that is missing at 30 Hz is none.
-constexpr double kGapAfter = 0.09;  // s
+constexpr double kGapAfter = 0.09;        // s
+constexpr double kLongUnobserved = 0.31;  // s; a detector at 10 Hz misses now and then
 /// Odometry: an error of scale (wheel radius, track width, floor) that stays, and readings that err together.
 constexpr double kScaleError = 0.03;
 constexpr double kOdometryMemory = 0.25;  // s
@@ -64,19 +67,6 @@ LinearMeasurement velocity_measurement(const BodyVelocity& v, double since_last)
   return out;
 }
 
-/// The robot is called turned by `angle`: its velocity in `map` stays.
-void turn(Mixture& mixture, double angle) {
-  motion::Matrix6 t = motion::Matrix6::Identity();
-  t(motion::kU, motion::kU) = t(motion::kS, motion::kS) = std::cos(angle);
-  t(motion::kU, motion::kS) = std::sin(angle);
-  t(motion::kS, motion::kU) = -std::sin(angle);
-  for (Gaussian6& part : mixture.part) {
-    part.mean = t * part.mean;
-    part.mean[motion::kYaw] += angle;
-    part.cov = (t * part.cov * t.transpose()).eval();
-  }
-}
-
 double largest_sigma(const Gaussian6& g) {
   const double a = g.cov(0, 0);
   const double b = g.cov(1, 1);
@@ -89,6 +79,7 @@ double largest_sigma(const Gaussian6& g) {
 MotionFilter::MotionFilter(const MotionFilterConfig& config) : config_(config) {
   if (const std::string wrong = check(config); !wrong.empty()) throw std::invalid_argument(wrong);
   bank_ = motion::model_bank(config);
+  ahead_ = motion::bank_ahead(config);
 }
 
 void MotionFilter::reset() {
@@ -173,11 +164,17 @@ MotionFilter::Track MotionFilter::run(const Event& event, std::size_t before) co
   return track;
 }
 
+/// Long unobserved, models switch as robots do.
+const motion::ModelBank& MotionFilter::bank_for(Time last_accepted, Time to) const {
+  return to_seconds(to - last_accepted) > kLongUnobserved ? ahead_ : bank_;
+}
+
 void MotionFilter::carry(Track& track, Time from, Time to) const {
   if (track.phase != Phase::calibrating && track.phase != Phase::running) return;
   const double dt = to_seconds(to - from);
-  track.main = motion::predict(bank_, track.main, dt);
-  if (track.gap) track.gap = std::make_shared<const Mixture>(motion::predict(bank_, *track.gap, dt));
+  const motion::ModelBank& bank = bank_for(track.last_accepted, to);
+  track.main = motion::predict(bank, track.main, dt);
+  if (track.gap) track.gap = std::make_shared<const Mixture>(motion::predict(bank, *track.gap, dt));
 }
 
 // ---- Observations --------------------------------------------------------------------------------------
@@ -228,10 +225,10 @@ void MotionFilter::see_tracked(Track& track, const Observation& observation) con
     const double one = kTwoPi / track.turns;
     track.turned = std::round(off / one) * one;
     if (track.turned != 0.0) {
-      turn(track.main, track.turned);
+      motion::turn(track.main, track.turned);
       if (track.gap) {
         Mixture turned = *track.gap;
-        turn(turned, track.turned);
+        motion::turn(turned, track.turned);
         track.gap = std::make_shared<const Mixture>(turned);
       }
     }
@@ -248,7 +245,7 @@ void MotionFilter::see_tracked(Track& track, const Observation& observation) con
   Mixture corrected = *best;
   if (!(innovation.distance2 <= config_.gate) || !motion::correct(corrected, seen)) {
     if (track.turned != 0.0) {
-      turn(track.main, -track.turned);
+      motion::turn(track.main, -track.turned);
       track.gap.reset();
       track.turned = 0.0;
     }
@@ -406,7 +403,7 @@ std::optional<Estimate> MotionFilter::predict(Time at) const {
   const Record& newest = *records_.back();
   if (newest.after.phase != Phase::running) return std::nullopt;
   const Mixture& from = newest.after.gap ? *newest.after.gap : newest.after.main;
-  return publish(at, motion::collapse(motion::predict(bank_, from, to_seconds(at - newest.event.at))));
+  return publish(at, motion::collapse(motion::predict(ahead_, from, to_seconds(at - newest.event.at))));
 }
 
 std::optional<std::array<double, kModels>> MotionFilter::model_probabilities() const {
@@ -439,27 +436,39 @@ std::optional<Estimate> MotionFilter::smoothed(Time at) const {
     return gap && track.gap ? *track.gap : track.main;
   };
   bool gap = records_[last]->after.gap != nullptr;
-  Mixture state = branch(records_[last]->after, gap);
+  Mixture filtered = branch(records_[last]->after, gap);
+  motion::Future future = motion::no_future(filtered);
   double turned = 0.0;
   for (std::size_t i = last; i > first; --i) {
     const Record& here = *records_[i];
+    if (here.after.accepted) motion::add(future, measurement(i), motion::collapse(filtered).mean);
     if (here.after.turned != 0.0) {
-      turn(state, -here.after.turned);
+      motion::turn_back(future, here.after.turned);
       turned += here.after.turned;
     }
     gap = here.after.took_gap || (gap && here.after.gap != nullptr);
     const Record& before = *records_[i - 1];
-    Mixture filtered = branch(before.after, gap);
+    filtered = branch(before.after, gap);
     Time from = before.event.at;
     if (i - 1 == first && at > from) {
       filtered = motion::predict(bank_, filtered, to_seconds(at - from));
       from = at;
     }
-    state = motion::smooth_back(bank_, filtered, to_seconds(here.event.at - from), state);
+    const double dt = to_seconds(here.event.at - from);
+    const motion::ModelBank& bank = bank_for(before.after.last_accepted, here.event.at);
+    if (dt > 0.0) future = motion::back(bank, filtered, dt, future);
   }
-  Gaussian6 out = motion::collapse(state);
+  Gaussian6 out = motion::combine(filtered, future);
   out.mean[motion::kYaw] += turned;
   return publish(at, out);
+}
+
+/// What event i told, as it was used.
+LinearMeasurement MotionFilter::measurement(std::size_t i) const {
+  const Event& event = records_[i]->event;
+  if (!event.velocity) return pose_measurement(*event.observation);
+  const std::optional<Time> last = i > 0 ? records_[i - 1]->after.last_odometry : std::nullopt;
+  return velocity_measurement(*event.velocity, last ? to_seconds(event.at - *last) : kOdometryMemory);
 }
 
 }  // namespace skylight

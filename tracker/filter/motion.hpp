@@ -105,6 +105,7 @@ class MotionFilter final : public Filter {
   std::optional<std::size_t> take(Event event);
   void forget_old();
   Track run(const Event& event, std::size_t before) const;
+  const motion::ModelBank& bank_for(Time last_accepted, Time to) const;
   void carry(Track& track, Time from, Time to) const;
   void see(Track& track, const Observation& observation) const;
   void see_tracked(Track& track, const Observation& observation) const;
@@ -114,11 +115,13 @@ class MotionFilter final : public Filter {
   void begin(Track& track, const Observation& observation) const;
   std::shared_ptr<const motion::Mixture> judged_again(Time last_accepted, Time at, std::size_t before) const;
 
+  motion::LinearMeasurement measurement(std::size_t i) const;
   FilterStep step(bool accepted) const;
   Estimate publish(Time at, const motion::Gaussian6& state) const;
 
   MotionFilterConfig config_;
   motion::ModelBank bank_;
+  motion::ModelBank ahead_;
   Records records_;  ///< in order of time
 };
 

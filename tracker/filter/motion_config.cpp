@@ -60,23 +60,20 @@ VelocityNoise wandering(double change_per_root_second) {
 
 ModelBank model_bank(const MotionFilterConfig& c) {
   // What wheels let through sideways: a point beside the turning axis, a little slip.
-  constexpr double kSlip = 0.005;     // m/s
-  constexpr double kSlipTime = 0.15;  // s
-  // A change of speed is over in about this time, a change of turn in longer (the wheels must differ).
-  constexpr double kSpeedChange = 0.1;  // s
-  constexpr double kTurnChange = 0.3;   // s
-  const double strong = c.max_accel_mps2 * std::sqrt(kSpeedChange);
-  const double strong_turn = c.max_yaw_accel * std::sqrt(kTurnChange);
-  const VelocityNoise slip = held_to_zero(kSlip, kSlipTime);
+  const VelocityNoise slip = held_to_zero(0.0025, 0.15);
+  // A change of speed is over in about this time, a change of turn in longer: white accelerations that come
+  // to the same change as the greatest one held for that long.
+  constexpr double kSpeedChange = 0.065;  // s
+  constexpr double kTurnChange = 0.43;    // s
+  const VelocityNoise strong = wandering(c.max_accel_mps2 * std::sqrt(kSpeedChange));
+  const VelocityNoise strong_turn = wandering(c.max_yaw_accel * std::sqrt(kTurnChange));
 
   ModelBank bank;
   bank.model[kStanding].stands = true;
-  bank.model[kSteady] = {.forward = wandering(0.008), .sideways = slip, .turning = wandering(0.02)};
-  bank.model[kAdjusting] = {.forward = wandering(0.08), .sideways = slip, .turning = wandering(0.3)};
-  bank.model[kManoeuvring] = {
-      .forward = wandering(strong), .sideways = slip, .turning = wandering(strong_turn)};
-  bank.model[kSideways] = {
-      .forward = wandering(strong), .sideways = wandering(strong), .turning = wandering(strong_turn)};
+  bank.model[kSteady] = {.forward = wandering(0.004), .sideways = slip, .turning = wandering(0.003)};
+  bank.model[kAdjusting] = {.forward = wandering(0.0065), .sideways = slip, .turning = wandering(0.015)};
+  bank.model[kManoeuvring] = {.forward = strong, .sideways = slip, .turning = strong_turn};
+  bank.model[kSideways] = {.forward = strong, .sideways = strong, .turning = strong_turn};
   if (c.holonomic) {
     for (const std::size_t m : {kSteady, kAdjusting, kManoeuvring})
       bank.model[m].sideways = bank.model[m].forward;
@@ -85,12 +82,26 @@ ModelBank model_bank(const MotionFilterConfig& c) {
     model.place_walk = 2.0 * c.observation_bias_m * c.observation_bias_m / c.bias_time_s;
     model.yaw_walk = 2.0 * c.observation_bias_rad * c.observation_bias_rad / c.bias_time_s;
   }
+  // The longer it has gone steadily, the longer it will: steady is entered through adjusting, and seldom
+  // left.
   const double often = 1.0 / c.manoeuvre_every_s;
-  bank.leave_rate = {often, often, 2.0, 5.0, 2.0};
+  bank.leave_rate = {3.0 * often, 0.1 * often, 1.6 * often, 0.6, 2.0};
   bank.share = {{{0.00, 0.05, 0.05, 0.89, 0.01},
-                 {0.05, 0.00, 0.25, 0.68, 0.02},
-                 {0.05, 0.70, 0.00, 0.24, 0.01},
-                 {0.15, 0.45, 0.39, 0.00, 0.01},
+                 {0.15, 0.00, 0.74, 0.10, 0.01},
+                 {0.01, 0.28, 0.00, 0.70, 0.01},
+                 {0.26, 0.04, 0.69, 0.00, 0.01},
+                 {0.20, 0.20, 0.30, 0.30, 0.00}}};
+  return bank;
+}
+
+ModelBank bank_ahead(const MotionFilterConfig& c) {
+  ModelBank bank = model_bank(c);
+  const double often = 1.0 / c.manoeuvre_every_s;
+  bank.leave_rate = {often, often, often, 2.0, 2.0};
+  bank.share = {{{0.00, 0.02, 0.03, 0.94, 0.01},
+                 {0.03, 0.00, 0.02, 0.94, 0.01},
+                 {0.03, 0.02, 0.00, 0.94, 0.01},
+                 {0.10, 0.05, 0.84, 0.00, 0.01},
                  {0.20, 0.20, 0.30, 0.30, 0.00}}};
   return bank;
 }

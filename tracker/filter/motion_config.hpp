@@ -45,7 +45,12 @@ namespace motion {
 /// The models, in this order.
 enum Model : std::size_t { kStanding = 0, kSteady = 1, kAdjusting = 2, kManoeuvring = 3, kSideways = 4 };
 
+/// For what is observed: slow to give up a model, because each switch is judged by what is seen.
 ModelBank model_bank(const MotionFilterConfig& config);
+
+/// For what is not observed, gaps and the time ahead: as robots really change their minds, else predictions
+/// claim to know more than they do.
+ModelBank bank_ahead(const MotionFilterConfig& config);
 
 }  // namespace motion
 }  // namespace skylight

@@ -86,9 +86,9 @@ void routes(int runs) {
       "route       Hz  noise  | window mean p99 mm, yaw mean deg | filtered mean p99, yaw, NEES, in95 | "
       "smoothed mean, yaw, NEES, in95 | 0.5 s ahead mean, NEES | 1 s NEES | 2 s mean, NEES | no pose\n");
   const char* names[] = {"line", "circle 2", "circle 1.25", "chaotic"};
-  const char* noises[] = {"fine", "middle", "paper"};
-  const Detector detectors[] = {kFine, kMiddle, kPaper};
-  for (int n = 0; n < 3; ++n) {
+  const char* noises[] = {"fine", "middle", "coarse", "paper"};
+  const Detector detectors[] = {kFine, kMiddle, kCoarse, kPaper};
+  for (int n = 0; n < 4; ++n) {
     for (int k = 0; k < 4; ++k) {
       for (const double rate : {30.0, 10.0}) {
         Result r;

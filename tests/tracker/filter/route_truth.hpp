@@ -2,6 +2,7 @@
 // throughout: no step, noise or angle of the filters is used, so that none of their errors can cancel out.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -30,6 +31,7 @@ class Random {
 struct TruthState {
   Pose2 pose;
   double u = 0.0;  ///< m/s forward
+  double s = 0.0;  ///< m/s to the left
   double w = 0.0;  ///< rad/s
 };
 
@@ -39,7 +41,8 @@ inline constexpr double kMaxYawAccel = 3.2;  // rad/s^2
 
 enum class RouteKind : std::uint8_t { line, circle_2m, circle_1m25, chaotic };
 
-/// A route in steps of 1 / kTruthRate s. Wheels are not perfect: speed and turn waver by 1 %.
+/// A route in steps of 1 / kTruthRate s. Wheels are not perfect: speed and turn waver by 2 %, and the robot
+/// slips to the side by a hundredth of its speed.
 class Route {
  public:
   Route(RouteKind kind, double seconds, std::uint64_t seed) : random_(seed) {
@@ -81,20 +84,23 @@ class Route {
   }
   void advance() {
     constexpr double kStep = 1.0 / kTruthRate;
-    constexpr double kWaver = 0.01;
-    constexpr double kWaverTime = 0.2;
+    constexpr double kWaver = 0.02;
+    constexpr double kWaverTime = 0.4;
+    constexpr double kSlip = 0.01;
     u_ = toward(u_, asked_u_, kMaxAccel * kStep);
     w_ = toward(w_, asked_w_, kMaxYawAccel * kStep);
     const double keep = std::exp(-kStep / kWaverTime);
     const double kick = kWaver * std::sqrt(1.0 - keep * keep);
     waver_u_ = keep * waver_u_ + kick * random_.normal();
     waver_w_ = keep * waver_w_ + kick * random_.normal();
+    slip_ = keep * slip_ + std::sqrt(1.0 - keep * keep) * random_.normal();
     now_.u = u_ * (1.0 + waver_u_);
+    now_.s = kSlip * slip_ * u_;
     now_.w = w_ * (1.0 + waver_w_) + 0.1 * u_ * waver_w_;
     // The middle of the step stands for it: third order in a step of 3 ms.
     const double mid = now_.pose.yaw + 0.5 * now_.w * kStep;
-    now_.pose.x += now_.u * kStep * std::cos(mid);
-    now_.pose.y += now_.u * kStep * std::sin(mid);
+    now_.pose.x += kStep * (now_.u * std::cos(mid) - now_.s * std::sin(mid));
+    now_.pose.y += kStep * (now_.u * std::sin(mid) + now_.s * std::cos(mid));
     now_.pose.yaw += now_.w * kStep;
     now_.pose.yaw = std::atan2(std::sin(now_.pose.yaw), std::cos(now_.pose.yaw));
   }
@@ -102,7 +108,7 @@ class Route {
   Random random_;
   TruthState now_;
   std::vector<TruthState> states_;
-  double asked_u_ = 0.0, asked_w_ = 0.0, u_ = 0.0, w_ = 0.0, waver_u_ = 0.0, waver_w_ = 0.0;
+  double asked_u_ = 0.0, asked_w_ = 0.0, u_ = 0.0, w_ = 0.0, waver_u_ = 0.0, waver_w_ = 0.0, slip_ = 0.0;
   bool started_ = false;
 };
 
@@ -118,6 +124,7 @@ inline constexpr double kDegree = std::numbers::pi / 180.0;
 inline constexpr Detector kFine{.sigma_m = 5e-5, .sigma_rad = 0.01 * kDegree};
 inline constexpr Detector kMiddle{.sigma_m = 1e-3, .sigma_rad = 0.2 * kDegree};
 /// A mean distance of 0.1 m: sigma = 0.1 / sqrt(pi / 2) per axis.
+inline constexpr Detector kCoarse{.sigma_m = 0.0797885, .sigma_rad = 10.0 * kDegree, .misses = 0.2};
 inline constexpr Detector kPaper{
     .sigma_m = 0.0797885, .sigma_rad = 10.0 * kDegree, .misses = 0.2, .outliers = 0.05};
 
