@@ -5,9 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include <Eigen/Cholesky>
-
-#include "tracker/filter/imm_smoother.hpp"
+#include "tracker/filter/measurements.hpp"
 
 namespace skylight {
 
@@ -19,53 +17,9 @@ using motion::Mixture;
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
-/// No detector is finer than this: 0.01 mm and 0.0006 degrees.
-constexpr double kFinest = 1e-5;
-/// A gap is one from here on; a single frame that is missing at 30 Hz is none.
-constexpr double kGapAfter = 0.09;        // s
 constexpr double kLongUnobserved = 0.31;  // s; a detector at 10 Hz misses now and then
-/// Odometry: an error of scale (wheel radius, track width, floor) that stays, and readings that err together.
-constexpr double kScaleError = 0.03;
-constexpr double kOdometryMemory = 0.25;  // s
 constexpr double kUsualSpeed = 0.3;       // m/s, one sigma, of what is seen first
 constexpr double kUsualYawRate = 0.6;     // rad/s
-
-bool usable(const Observation& o) {
-  return std::isfinite(o.pose.x) && std::isfinite(o.pose.y) && std::isfinite(o.pose.yaw) &&
-         std::abs(o.pose.x) < 1e6 && std::abs(o.pose.y) < 1e6 && o.covariance.allFinite() &&
-         o.covariance.diagonal().minCoeff() > 0.0 && o.covariance.diagonal().maxCoeff() < 1e6 &&
-         Eigen::LLT<Covariance3>(0.5 * (o.covariance + o.covariance.transpose())).info() == Eigen::Success;
-}
-
-bool usable(const BodyVelocity& v) {
-  return std::isfinite(v.forward) && std::isfinite(v.sideways) && std::isfinite(v.yaw_rate) &&
-         v.covariance.allFinite() && v.covariance.diagonal().minCoeff() > 0.0 &&
-         v.covariance.diagonal().maxCoeff() < 1e6 &&
-         Eigen::LLT<Covariance3>(0.5 * (v.covariance + v.covariance.transpose())).info() == Eigen::Success;
-}
-
-LinearMeasurement pose_measurement(const Observation& o) {
-  LinearMeasurement out;
-  out.first = motion::kX;
-  out.value = {o.pose.x, o.pose.y, wrap_angle(o.pose.yaw)};
-  out.noise = 0.5 * (o.covariance + o.covariance.transpose());
-  out.noise.diagonal().array() += kFinest * kFinest;
-  out.yaw_period = kTwoPi / std::max(1, o.heading_turns);
-  return out;
-}
-
-LinearMeasurement velocity_measurement(const BodyVelocity& v, double since_last) {
-  LinearMeasurement out;
-  out.first = motion::kU;
-  out.value = {v.forward, v.sideways, v.yaw_rate};
-  out.noise = 0.5 * (v.covariance + v.covariance.transpose());
-  const double speed = std::hypot(v.forward, v.sideways);
-  const double scale = kScaleError * kScaleError;
-  out.noise.diagonal() +=
-      Eigen::Vector3d(scale * speed * speed, scale * speed * speed, scale * v.yaw_rate * v.yaw_rate + 1e-6);
-  out.noise *= std::max(1.0, kOdometryMemory / std::max(since_last, 1e-3));
-  return out;
-}
 
 double largest_sigma(const Gaussian6& g) {
   const double a = g.cov(0, 0);
@@ -90,7 +44,7 @@ void MotionFilter::reset() {
 
 FilterStep MotionFilter::update(Time captured, const std::optional<Observation>& observation) {
   Event event{.at = captured, .observation = {}, .velocity = {}};
-  if (observation && usable(*observation)) {
+  if (observation && motion::usable(*observation)) {
     event.observation = observation;
     event.observation->captured = captured;
   }
@@ -99,7 +53,7 @@ FilterStep MotionFilter::update(Time captured, const std::optional<Observation>&
 }
 
 bool MotionFilter::odometry(const BodyVelocity& velocity) {
-  if (!usable(velocity)) return false;
+  if (!motion::usable(velocity)) return false;
   const auto place = take({.at = velocity.at, .observation = {}, .velocity = velocity});
   return place && records_[*place]->after.accepted;
 }
@@ -137,7 +91,7 @@ std::optional<std::size_t> MotionFilter::take(Event event) {
 /// Kept: what a late event may need before it, and the snapshot before that.
 void MotionFilter::forget_old() {
   const Time oldest =
-      records_.back()->event.at - from_seconds(config_.lag_s + config_.entry_s + 2.0 * kGapAfter);
+      records_.back()->event.at - from_seconds(config_.lag_s + config_.entry_s + 2.0 * motion::kGapAfter);
   auto keep = std::upper_bound(records_.begin(), records_.end(), oldest,
                                [](Time at, const auto& record) { return at < record->event.at; });
   if (keep != records_.begin()) --keep;
@@ -188,7 +142,7 @@ void MotionFilter::see(Track& track, const Observation& observation) const {
 }
 
 void MotionFilter::begin(Track& track, const Observation& observation) const {
-  const LinearMeasurement seen = pose_measurement(observation);
+  const LinearMeasurement seen = motion::pose_measurement(observation);
   Gaussian6 start;
   start.mean << seen.value, 0.0, 0.0, 0.0;
   start.cov.setZero();
@@ -216,7 +170,7 @@ void MotionFilter::begin(Track& track, const Observation& observation) const {
 }
 
 void MotionFilter::see_tracked(Track& track, const Observation& observation) const {
-  LinearMeasurement seen = pose_measurement(observation);
+  LinearMeasurement seen = motion::pose_measurement(observation);
   const int turns = std::max(1, observation.heading_turns);
   if (turns < track.turns) {
     // Now it is known better which way is forward: turned to the nearest of the headings that looked alike.
@@ -288,7 +242,7 @@ void MotionFilter::refuse(Track& track, const Observation& observation) const {
 void MotionFilter::miss(Track& track, Time at, std::size_t before) const {
   if (track.phase != Phase::calibrating && track.phase != Phase::running) return;
   const double gap = to_seconds(at - track.last_accepted);
-  if (!track.gap && gap >= kGapAfter && track.phase == Phase::running)
+  if (!track.gap && gap >= motion::kGapAfter && track.phase == Phase::running)
     track.gap = judged_again(track.last_accepted, at, before);
   const Gaussian6 now = motion::collapse(track.gap ? *track.gap : track.main);
   if (gap <= config_.max_gap_s && largest_sigma(now) <= config_.max_sigma_m) return;
@@ -325,10 +279,10 @@ std::shared_ptr<const Mixture> MotionFilter::judged_again(Time last_accepted, Ti
     last = &record;
     if (!record.after.accepted) continue;
     if (record.event.velocity) {
-      motion::correct(mixture, velocity_measurement(*record.event.velocity, kOdometryMemory));
+      motion::correct(mixture, motion::velocity_measurement(*record.event.velocity, motion::kOdometryMemory));
       continue;
     }
-    LinearMeasurement measured = pose_measurement(*record.event.observation);
+    LinearMeasurement measured = motion::pose_measurement(*record.event.observation);
     const double ramp = to_seconds(record.event.at - entry) / config_.entry_s;
     const double bias = ramp * config_.entry_bias_m;
     // Errors that stay together do not average: each weighs as one of `seen`.
@@ -341,9 +295,10 @@ std::shared_ptr<const Mixture> MotionFilter::judged_again(Time last_accepted, Ti
 
 void MotionFilter::take_velocity(Track& track, const BodyVelocity& velocity) const {
   if (track.phase != Phase::calibrating && track.phase != Phase::running) return;
-  const double since = track.last_odometry ? to_seconds(velocity.at - *track.last_odometry) : kOdometryMemory;
+  const double since =
+      track.last_odometry ? to_seconds(velocity.at - *track.last_odometry) : motion::kOdometryMemory;
   track.last_odometry = velocity.at;
-  const LinearMeasurement said = velocity_measurement(velocity, since);
+  const LinearMeasurement said = motion::velocity_measurement(velocity, since);
   if (motion::innovation(track.main, said).distance2 <= config_.gate)
     track.accepted = motion::correct(track.main, said);
   if (track.gap && motion::innovation(*track.gap, said).distance2 <= config_.gate) {
@@ -351,124 +306,6 @@ void MotionFilter::take_velocity(Track& track, const BodyVelocity& velocity) con
     track.accepted = motion::correct(corrected, said) || track.accepted;
     track.gap = std::make_shared<const Mixture>(corrected);
   }
-}
-
-// ---- Answers -------------------------------------------------------------------------------------------
-
-FilterStep MotionFilter::step(bool accepted) const {
-  FilterStep out;
-  out.accepted = accepted;
-  if (records_.empty()) return out;
-  const Record& newest = *records_.back();
-  switch (newest.after.phase) {
-    case Phase::searching:
-      out.state = TrackState::searching;
-      return out;
-    case Phase::calibrating:
-      out.state = TrackState::calibrating;
-      return out;
-    case Phase::lost:
-      out.state = TrackState::lost;
-      return out;
-    case Phase::running:
-      break;
-  }
-  // Odometry between frames changes nothing of what the last frame said.
-  const bool now = newest.event.velocity
-                       ? newest.event.at - newest.after.last_accepted < from_seconds(kGapAfter)
-                       : newest.after.accepted;
-  out.state = now ? TrackState::tracking : TrackState::predicting;
-  out.estimate = predict(newest.event.at);
-  return out;
-}
-
-Estimate MotionFilter::publish(Time at, const Gaussian6& state) const {
-  const double yaw = state.mean[motion::kYaw];
-  const double u = state.mean[motion::kU];
-  const double s = state.mean[motion::kS];
-  Estimate out;
-  out.at = at;
-  out.pose = {state.mean[motion::kX], state.mean[motion::kY], wrap_angle(yaw)};
-  out.velocity = {u * std::cos(yaw) - s * std::sin(yaw), u * std::sin(yaw) + s * std::cos(yaw),
-                  state.mean[motion::kW]};
-  out.covariance = state.cov.topLeftCorner<3, 3>();
-  const double bias = config_.observation_bias_m;
-  const double yaw_bias = config_.observation_bias_rad;
-  out.covariance.diagonal() += Eigen::Vector3d(bias * bias, bias * bias, yaw_bias * yaw_bias);
-  return out;
-}
-
-std::optional<Estimate> MotionFilter::predict(Time at) const {
-  if (records_.empty() || at < records_.back()->event.at) return std::nullopt;
-  const Record& newest = *records_.back();
-  if (newest.after.phase != Phase::running) return std::nullopt;
-  const Mixture& from = newest.after.gap ? *newest.after.gap : newest.after.main;
-  return publish(at, motion::collapse(motion::predict(ahead_, from, to_seconds(at - newest.event.at))));
-}
-
-std::optional<std::array<double, kModels>> MotionFilter::model_probabilities() const {
-  if (records_.empty() || records_.back()->after.phase != Phase::running) return std::nullopt;
-  const Track& track = records_.back()->after;
-  return track.gap ? track.gap->weight : track.main.weight;
-}
-
-std::optional<Estimate> MotionFilter::smoothed(Time at) const {
-  if (records_.empty() || at > records_.back()->event.at ||
-      at < records_.back()->event.at - from_seconds(config_.lag_s))
-    return std::nullopt;
-  const auto known = [](const Track& t) {
-    return t.phase == Phase::running || t.phase == Phase::calibrating;
-  };
-  // The stretch that `at` lies in: from the last event not after it on, until the track ends or begins anew.
-  const auto next = std::upper_bound(records_.begin(), records_.end(), at,
-                                     [](Time t, const auto& record) { return t < record->event.at; });
-  if (next == records_.begin()) return std::nullopt;
-  const auto first = static_cast<std::size_t>(next - records_.begin()) - 1;
-  if (!known(records_[first]->after)) return std::nullopt;
-  std::size_t last = first;
-  while (last + 1 < records_.size() && known(records_[last + 1]->after) &&
-         !records_[last + 1]->after.restarted)
-    ++last;
-  if (last == first && records_[first]->event.at != at) {
-    if (first + 1 < records_.size()) return std::nullopt;
-  }
-  const auto branch = [](const Track& track, bool gap) -> const Mixture& {
-    return gap && track.gap ? *track.gap : track.main;
-  };
-  bool gap = records_[last]->after.gap != nullptr;
-  Mixture filtered = branch(records_[last]->after, gap);
-  motion::Future future = motion::no_future(filtered);
-  double turned = 0.0;
-  for (std::size_t i = last; i > first; --i) {
-    const Record& here = *records_[i];
-    if (here.after.accepted) motion::add(future, measurement(i), motion::collapse(filtered).mean);
-    if (here.after.turned != 0.0) {
-      motion::turn_back(future, here.after.turned);
-      turned += here.after.turned;
-    }
-    gap = here.after.took_gap || (gap && here.after.gap != nullptr);
-    const Record& before = *records_[i - 1];
-    filtered = branch(before.after, gap);
-    Time from = before.event.at;
-    if (i - 1 == first && at > from) {
-      filtered = motion::predict(bank_, filtered, to_seconds(at - from));
-      from = at;
-    }
-    const double dt = to_seconds(here.event.at - from);
-    const motion::ModelBank& bank = bank_for(before.after.last_accepted, here.event.at);
-    if (dt > 0.0) future = motion::back(bank, filtered, dt, future);
-  }
-  Gaussian6 out = motion::combine(filtered, future);
-  out.mean[motion::kYaw] += turned;
-  return publish(at, out);
-}
-
-/// What event i told, as it was used.
-LinearMeasurement MotionFilter::measurement(std::size_t i) const {
-  const Event& event = records_[i]->event;
-  if (!event.velocity) return pose_measurement(*event.observation);
-  const std::optional<Time> last = i > 0 ? records_[i - 1]->after.last_odometry : std::nullopt;
-  return velocity_measurement(*event.velocity, last ? to_seconds(event.at - *last) : kOdometryMemory);
 }
 
 }  // namespace skylight

@@ -17,25 +17,22 @@
 //             variance is added to what is published.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "tracker/filter/filter.hpp"
+#include "tracker/filter/measurements.hpp"
 #include "tracker/filter/motion_config.hpp"
 
 namespace skylight {
 
-/// What a robot says of its own motion: wheel odometry, or the velocity it was commanded to have.
-struct BodyVelocity {
-  Time at{};
-  double forward = 0.0;   ///< m/s
-  double sideways = 0.0;  ///< m/s, to the left
-  double yaw_rate = 0.0;  ///< rad/s
-  /// Of (forward, sideways, yaw rate). Scale errors and readings that err together are allowed for beyond it.
-  Covariance3 covariance = Eigen::Vector3d(4e-4, 4e-4, 2.5e-3).asDiagonal();
-};
+namespace motion {
+/// A gap is one from here on; a single frame that is missing at 30 Hz is none.
+inline constexpr double kGapAfter = 0.09;  // s
+}  // namespace motion
 
 /// States: `searching` (never seen), `calibrating` (the first observations), `tracking` (this frame's
 /// observation was accepted), `predicting` (none, or refused), `lost` (until seen again). Estimates exist
@@ -115,6 +112,11 @@ class MotionFilter final : public Filter {
   void begin(Track& track, const Observation& observation) const;
   std::shared_ptr<const motion::Mixture> judged_again(Time last_accepted, Time at, std::size_t before) const;
 
+  struct Stretch {
+    std::size_t first = 0;
+    std::size_t last = 0;
+  };
+  std::optional<Stretch> stretch(Time at) const;
   motion::LinearMeasurement measurement(std::size_t i) const;
   FilterStep step(bool accepted) const;
   Estimate publish(Time at, const motion::Gaussian6& state) const;
