@@ -1,135 +1,88 @@
 #include "sim/simulation.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <deque>
+#include <stdexcept>
 #include <utility>
 
-#include "sim/camera/depth.hpp"
-#include "sim/camera/noise.hpp"
-#include "sim/render/artwork.hpp"
-#include "sim/render/render.hpp"
-#include "sim/world/program.hpp"
-#include "sim/world/timeline.hpp"
-#include "sim/world/world.hpp"
+#include "sim/cast.hpp"
+#include "sim/imager.hpp"
+#include "sim/lighting.hpp"
+#include "sim/render/textures.hpp"
+#include "sim/scenario/scenario_checks.hpp"
+#include "sim/world/stage.hpp"
 
 namespace skylight::sim {
-namespace {
-
-/// Programs steer this many steps apart (100 Hz); the motors see to the rest.
-constexpr int kStepsPerCommand = 5;
-
-std::vector<BodyState> states_of(const World& world) {
-  std::vector<BodyState> states;
-  for (std::size_t i = 0; i < world.robot_count(); ++i) states.push_back(world.state(i));
-  return states;
-}
-
-/// Midpoint of a camera's frame, counted from the scenario's start.
-Duration midpoint(const CameraSpec& camera, std::uint64_t sequence) {
-  return from_seconds(camera.first_frame_s + 0.5 * camera.exposure_s) +
-         from_seconds(static_cast<double>(sequence) / camera.frame_rate_hz);
-}
-
-/// From a frame's midpoint to the end of its last row's exposure.
-Duration half_exposure(const CameraSpec& camera) {
-  const double readout = camera.shutter == Shutter::rolling ? camera.readout_s : 0.0;
-  return from_seconds(0.5 * (camera.exposure_s + readout));
-}
-
-}  // namespace
 
 struct Simulation::Impl {
   explicit Impl(const Scenario& scenario_in);
   void run_until(Duration time);
-  Shot shoot(std::size_t camera, Duration middle);
+  void apply_effects(Duration until);
+  void apply(const Effect& effect);
+  Imager& camera(const std::string& id);
+  std::size_t robot(const std::string& id) const;
+  bool over(const Imager& imager) const;
 
   Scenario scenario;
-  World world;
-  Timeline timeline;
-  std::vector<Program> programs;
-  std::vector<Command> commands;
-  std::int64_t steps = 0;
-  Duration longest_exposure{};
-  std::vector<RobotPicture> pictures;
-  std::vector<Renderer> renderers;
-  std::vector<std::uint64_t> sequences;  ///< next frame of each camera
+  Stage stage;
+  Cast cast;
+  Lighting lighting;
+  std::vector<Imager> imagers;
+  std::deque<Effect> effects;  ///< of the stage, not yet seen by any camera
+  Duration longest_reach{};
 };
 
 Simulation::Impl::Impl(const Scenario& scenario_in)
     : scenario((validate(scenario_in), scenario_in)),
-      world(scenario.room, (scenario.robots = all_robots(scenario))),
-      timeline(states_of(world)),
-      commands(scenario.robots.size()),
-      sequences(scenario.cameras.size(), 0) {
-  std::vector<SceneActor> actors;
-  for (std::size_t i = 0; i < scenario.robots.size(); ++i) {
-    const RobotSpec& robot = scenario.robots[i];
-    const RobotModel& model = robot_model(robot.model);
-    programs.emplace_back(
-        robot.program, DriveLimits{model.max_speed_mps, model.max_side_speed_mps, model.max_yaw_rate_radps});
-    pictures.push_back(make_picture(scenario, i));
-    actors.push_back({std::make_shared<const Look>(body_of(make_look(robot, pictures.back())))});
-  }
-  for (const CameraSpec& camera : scenario.cameras) {
-    longest_exposure = std::max(longest_exposure, 2 * half_exposure(camera));
-  }
+      stage(scenario),
+      cast(scenario, stage.robots()),
+      lighting(scenario.light, scenario.room) {
   const FloorTexture floor = make_floor(scenario.room, scenario.seed, scenario.folder);
-  for (const CameraSpec& camera : scenario.cameras) {
-    renderers.emplace_back(scenario, camera, floor);
-    renderers.back().set_actors(actors, [&](std::size_t robot, double) { return world.state(robot).pose; });
+  for (std::size_t i = 0; i < scenario.cameras.size(); ++i) {
+    imagers.emplace_back(scenario, i, floor);
+    longest_reach = std::max(longest_reach, imagers.back().reach());
   }
 }
 
 void Simulation::Impl::run_until(Duration time) {
-  while (timeline.end() < time) {
-    if (steps % kStepsPerCommand == 0) {
-      const double now = to_seconds(steps * World::kStep);
-      for (std::size_t i = 0; i < programs.size(); ++i)
-        commands[i] = programs[i].command({.time_s = now, .pose = world.state(i).pose});
-    }
-    world.step(commands);
-    ++steps;
-    timeline.append(states_of(world));
+  while (stage.time() < time) stage.advance();
+  for (Effect& effect : stage.take_effects()) effects.push_back(std::move(effect));
+}
+
+/// What happened up to the middle of an exposure shows in it.
+void Simulation::Impl::apply_effects(Duration until) {
+  while (!effects.empty() && effects.front().at <= until) {
+    apply(effects.front());
+    effects.pop_front();
   }
 }
 
-Shot Simulation::Impl::shoot(std::size_t camera, Duration middle) {
-  const CameraSpec& spec = scenario.cameras[camera];
-  const Duration exposure = from_seconds(spec.exposure_s);
-  run_until(middle + half_exposure(spec));
-  timeline.forget_before(middle - longest_exposure);  // cameras that come later may have begun earlier
-  Renderer& renderer = renderers[camera];
-  renderer.draw([&](std::size_t robot, double since_midpoint) {
-    return timeline.at(robot, middle + from_seconds(since_midpoint)).pose;
-  });
+void Simulation::Impl::apply(const Effect& effect) {
+  if (const auto* light = std::get_if<LightAction>(&effect.action)) lighting.change(*light, effect.at);
+  if (const auto* shadow = std::get_if<ShadowAction>(&effect.action)) lighting.pass(*shadow, effect.at);
+  if (const auto* bump = std::get_if<BumpAction>(&effect.action)) camera(bump->camera).bump(*bump);
+  if (const auto* freeze = std::get_if<FreezeAction>(&effect.action))
+    camera(freeze->camera).freeze(*freeze, effect.at);
+  if (const auto* black = std::get_if<BlackoutAction>(&effect.action))
+    camera(black->camera).black_out(*black, effect.at);
+  if (const auto* cover = std::get_if<CoverAction>(&effect.action))
+    cast.cover(robot(cover->robot), *cover, effect.at);
+}
 
-  Shot shot;
-  shot.frame.camera = camera;
-  shot.frame.sequence = sequences[camera]++;
-  shot.frame.captured = Time{from_seconds(scenario.start_unix_s)} + middle;
-  shot.delivered = shot.frame.captured + exposure / 2;
-  const NoiseStream stream{scenario.seed, camera, shot.frame.sequence, false};
-  const RowLight level{.light = static_cast<float>(scenario.light.level)};
-  const std::vector<RowLight> rows(static_cast<std::size_t>(spec.height_px), level);
-  expose({renderer.mean(), rows}, spec.sensor, stream, shot.frame.image);
-  if (spec.depth.enabled) {
-    const NoiseStream depth_stream{scenario.seed, camera, shot.frame.sequence, true};
-    measure_depth(renderer.metres(), spec, depth_stream, shot.frame.depth);
-  }
-  for (std::size_t i = 0; i < scenario.robots.size(); ++i) {
-    const BodyState state = timeline.at(i, middle);
-    const Eigen::Vector2d plate = -pictures[i].reference_point_m;
-    const Eigen::Rotation2Dd turn(state.pose.yaw);
-    const Eigen::Vector2d at = state.pose.position() + turn * plate;
-    const auto pixel = renderer.camera().project_map({at.x(), at.y(), pictures[i].surface_height_m});
-    shot.truth.push_back({.id = scenario.robots[i].id,
-                          .at = shot.frame.captured,
-                          .pose = state.pose,
-                          .velocity = state.velocity,
-                          .in_view = pixel && renderer.camera().contains(*pixel),
-                          .visible = renderer.visible(i)});
-  }
-  return shot;
+Imager& Simulation::Impl::camera(const std::string& id) {
+  const auto at = std::find_if(scenario.cameras.begin(), scenario.cameras.end(),
+                               [&](const CameraSpec& camera) { return camera.id == id; });
+  return imagers.at(static_cast<std::size_t>(at - scenario.cameras.begin()));
+}
+
+std::size_t Simulation::Impl::robot(const std::string& id) const {
+  const auto at = std::find_if(stage.robots().begin(), stage.robots().end(),
+                               [&](const RobotSpec& robot) { return robot.id == id; });
+  return static_cast<std::size_t>(at - stage.robots().begin());
+}
+
+bool Simulation::Impl::over(const Imager& imager) const {
+  return scenario.duration_s > 0.0 && to_seconds(imager.next_middle() + imager.reach()) > scenario.duration_s;
 }
 
 Simulation::Simulation(const Scenario& scenario) : impl_(std::make_unique<Impl>(scenario)) {}
@@ -140,40 +93,50 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 const Scenario& Simulation::scenario() const {
   return impl_->scenario;
 }
+
 const std::vector<RobotSpec>& Simulation::robots() const {
-  return impl_->scenario.robots;
-}
-Time Simulation::now() const {
-  return Time{from_seconds(impl_->scenario.start_unix_s)} + impl_->timeline.end();
-}
-void Simulation::act(const Action&) {
-  throw std::invalid_argument("actions are not taken yet");
-}
-std::vector<OdometryReport> Simulation::take_odometry() {
-  return {};
-}
-std::vector<Happening> Simulation::take_happenings() {
-  return {};
+  return impl_->stage.robots();
 }
 
 RobotPicture Simulation::picture(std::size_t robot) const {
-  RobotPicture picture = impl_->pictures.at(robot);
+  RobotPicture picture = impl_->cast.picture(robot);
   picture.image = picture.image.clone();
   return picture;
 }
 
 std::optional<Shot> Simulation::next() {
-  const auto& cameras = impl_->scenario.cameras;
-  if (cameras.empty()) return std::nullopt;
-  std::size_t first = 0;
-  for (std::size_t i = 1; i < cameras.size(); ++i) {
-    if (midpoint(cameras[i], impl_->sequences[i]) < midpoint(cameras[first], impl_->sequences[first]))
-      first = i;
+  for (;;) {
+    auto& imagers = impl_->imagers;
+    const auto first = std::min_element(imagers.begin(), imagers.end(), [](const Imager& a, const Imager& b) {
+      return a.next_middle() < b.next_middle();
+    });
+    if (first == imagers.end() || impl_->over(*first)) return std::nullopt;
+    const Duration middle = first->next_middle();
+    impl_->run_until(middle + first->reach());
+    impl_->apply_effects(middle);
+    impl_->stage.forget_before(middle - impl_->longest_reach);  // the next camera may have begun earlier
+    if (auto shot = first->shoot(impl_->stage, impl_->lighting, impl_->cast)) return shot;
   }
-  const Duration middle = midpoint(cameras[first], impl_->sequences[first]);
-  const double duration = impl_->scenario.duration_s;
-  if (duration > 0.0 && to_seconds(middle) + 0.5 * cameras[first].exposure_s > duration) return std::nullopt;
-  return impl_->shoot(first, middle);
+}
+
+Time Simulation::now() const {
+  return Time{from_seconds(impl_->scenario.start_unix_s)} + impl_->stage.time();
+}
+
+void Simulation::act(const Action& action) {
+  // What is in the room now only the stage knows: it may have been put there since.
+  const bool of_now = std::holds_alternative<RemoveAction>(action);
+  const auto problem = of_now ? std::nullopt : find_action_problem(impl_->scenario, action, "");
+  if (problem) throw std::invalid_argument(problem->path + ": " + problem->message);
+  impl_->stage.act(action);
+}
+
+std::vector<OdometryReport> Simulation::take_odometry() {
+  return impl_->stage.take_odometry();
+}
+
+std::vector<Happening> Simulation::take_happenings() {
+  return impl_->stage.take_happenings();
 }
 
 }  // namespace skylight::sim

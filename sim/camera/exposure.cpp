@@ -39,10 +39,10 @@ Duration row_delay(const CameraSpec& camera, double row) {
   return from_seconds((row - 0.5 * last) / last * camera.readout_s);
 }
 
-Exposure::Exposure(const CameraSpec& camera, const FlickerSpec& flicker)
+ExposureControl::ExposureControl(const CameraSpec& camera, const FlickerSpec& flicker)
     : camera_(camera), flicker_(flicker) {}
 
-RowLight Exposure::light(Duration row_middle, const Level& level) const {
+RowLight ExposureControl::light(Duration row_middle, const Level& level) const {
   double mean_level = 0.0;
   for (int i = 0; i < kLevelSamples; ++i) {
     const double share = (i + 0.5) / kLevelSamples - 0.5;
@@ -54,7 +54,7 @@ RowLight Exposure::light(Duration row_middle, const Level& level) const {
           static_cast<float>(std::max(1.0, factor_))};
 }
 
-std::vector<RowLight> Exposure::rows(Duration middle, const Level& level) const {
+std::vector<RowLight> ExposureControl::rows(Duration middle, const Level& level) const {
   const auto count = static_cast<std::size_t>(camera_.height_px);
   if (camera_.shutter == Shutter::global) return std::vector<RowLight>(count, light(middle, level));
   std::vector<RowLight> rows(count);
@@ -63,7 +63,7 @@ std::vector<RowLight> Exposure::rows(Duration middle, const Level& level) const 
   return rows;
 }
 
-void Exposure::observe(const cv::Mat& image, Duration dt) {
+void ExposureControl::observe(const cv::Mat& image, Duration dt) {
   CV_Assert(image.type() == CV_8UC3);
   const AutoExposureSpec& spec = camera_.auto_exposure;
   if (!spec.enabled || image.empty()) return;

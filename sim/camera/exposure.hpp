@@ -24,9 +24,9 @@
 
 namespace skylight::sim {
 
-class Exposure {
+class ExposureControl {
  public:
-  Exposure(const CameraSpec& camera, const FlickerSpec& flicker);
+  ExposureControl(const CameraSpec& camera, const FlickerSpec& flicker);
 
   /// Level of the room's light, a factor, at a time from the scenario's start.
   using Level = std::function<double(Duration)>;

@@ -27,6 +27,7 @@ Solid box_around(const std::vector<Solid>& solids) {
 std::vector<Caster> make_casters(const std::vector<Solid>& solids) {
   constexpr double kBeside = 0.025;  // m
   constexpr double kAbove = 0.02;
+  constexpr double kBelow = 0.1;  // legs are no part of a trunk
   std::vector<Solid> left = solids;
   const auto area = [](const Solid& s) { return (s.max - s.min).head<2>().prod(); };
   std::stable_sort(left.begin(), left.end(),
@@ -36,7 +37,8 @@ std::vector<Caster> make_casters(const std::vector<Solid>& solids) {
     const auto part_of = [&](const Solid& other) {
       return ((other.min - solid.min).head<2>().array() <= kBeside).all() &&
              ((solid.max - other.max).head<2>().array() <= kBeside).all() &&
-             solid.max.z() <= other.max.z() + kAbove && solid.max.z() >= other.min.z() - kAbove;
+             solid.max.z() <= other.max.z() + kAbove && solid.max.z() >= other.min.z() - kAbove &&
+             solid.min.z() >= other.min.z() - kBelow;
     };
     const auto other = std::find_if(kept.begin(), kept.end(), part_of);
     if (other == kept.end()) {

@@ -76,8 +76,8 @@ inline Bgr Texture::sample(int level, float column, float row) const {
   return result;
 }
 
-/// A floor from above (floors.cpp): +x of `map` to the right, +y up, the room's middle in the picture's middle (or, for
-/// pictures from a file, repeated from there).
+/// A floor from above (floors.cpp): +x of `map` to the right, +y up, the room's middle in the picture's
+/// middle (or, for pictures from a file, repeated from there).
 struct FloorTexture {
   Texture texture;
   double metres_per_px = 0.002;

@@ -41,9 +41,15 @@ void describe(Fields& fields, TagSpec& tag) {
   fields.field("size_m", tag.size_m,
                {.min = 0.01, .max = 10, .unit = "m", .help = "Outer edge of its border."});
   fields.field("x_m", tag.x_m,
-               {.min = -10, .max = 10, .unit = "m", .help = "Its middle, forward of the plate's; with y_m absent: where there is room."});
+               {.min = -10,
+                .max = 10,
+                .unit = "m",
+                .help = "Its middle, forward of the plate's; with y_m absent: where there is room."});
   fields.field("y_m", tag.y_m,
-               {.min = -10, .max = 10, .unit = "m", .help = "Its middle, left of the plate's; with x_m absent: where there is room."});
+               {.min = -10,
+                .max = 10,
+                .unit = "m",
+                .help = "Its middle, left of the plate's; with x_m absent: where there is room."});
   fields.field("yaw_deg", tag.yaw_deg,
                {.min = -360, .max = 360, .unit = "deg", .help = "0: its up is the robot's front."});
 }

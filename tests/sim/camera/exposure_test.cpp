@@ -38,7 +38,7 @@ double mean_light(const FlickerSpec& flicker, double middle_s, double exposure_s
 TEST(Flicker, GivesEachRowTheMeanOfTheLightOverItsExposure) {
   const CameraSpec camera = rolling_camera();
   const FlickerSpec flicker{0.3, 100.0};
-  const auto rows = Exposure(camera, flicker).rows(from_seconds(0.3217), steady);
+  const auto rows = ExposureControl(camera, flicker).rows(from_seconds(0.3217), steady);
   ASSERT_EQ(rows.size(), 480U);
   for (std::size_t y = 0; y < rows.size(); y += 37) {
     const double middle = 0.3217 + (static_cast<double>(y) - 239.5) / 479.0 * 0.020;
@@ -49,7 +49,7 @@ TEST(Flicker, GivesEachRowTheMeanOfTheLightOverItsExposure) {
 
 TEST(Flicker, DrawsBandsOfTheAttenuatedDepth) {
   const FlickerSpec flicker{0.3, 100.0};
-  const auto rows = Exposure(rolling_camera(), flicker).rows(from_seconds(1.0), steady);
+  const auto rows = ExposureControl(rolling_camera(), flicker).rows(from_seconds(1.0), steady);
   float least = 2.0F;
   float most = 0.0F;
   for (const RowLight& row : rows) {
@@ -65,7 +65,7 @@ TEST(Flicker, DrawsBandsOfTheAttenuatedDepth) {
 TEST(Flicker, IsNotSeenByAnExposureOfWholePeriods) {
   CameraSpec camera = rolling_camera();
   camera.exposure_s = 0.02;
-  for (const RowLight& row : Exposure(camera, {0.5, 100.0}).rows(from_seconds(0.123), steady))
+  for (const RowLight& row : ExposureControl(camera, {0.5, 100.0}).rows(from_seconds(0.123), steady))
     EXPECT_NEAR(row.light, 1.0, 1e-6);
 }
 
@@ -73,19 +73,19 @@ TEST(Flicker, IsTheSameInAllRowsOfAGlobalShutter) {
   CameraSpec camera = rolling_camera();
   camera.shutter = Shutter::global;
   const FlickerSpec flicker{0.3, 100.0};
-  const auto rows = Exposure(camera, flicker).rows(from_seconds(0.1024), steady);
+  const auto rows = ExposureControl(camera, flicker).rows(from_seconds(0.1024), steady);
   for (const RowLight& row : rows) EXPECT_NEAR(row.light, mean_light(flicker, 0.1024, 0.004), 1e-5);
 }
 
 TEST(LightLevel, IsTheMeanOverTheRowsExposure) {
   CameraSpec camera = rolling_camera();
-  const auto rows = Exposure(camera, {0.0, 100.0}).rows(from_seconds(1.0), [](Duration t) {
+  const auto rows = ExposureControl(camera, {0.0, 100.0}).rows(from_seconds(1.0), [](Duration t) {
     return 2.0 + 10.0 * (to_seconds(t) - 1.0);
   });
   EXPECT_NEAR(rows[0].light, 1.9, 1e-5);  // 10 ms before the middle
   EXPECT_NEAR(rows[479].light, 2.1, 1e-5);
   camera.shutter = Shutter::global;
-  const auto half = Exposure(camera, {0.0, 100.0}).rows(from_seconds(1.0), [](Duration t) {
+  const auto half = ExposureControl(camera, {0.0, 100.0}).rows(from_seconds(1.0), [](Duration t) {
     return t < from_seconds(1.0) ? 0.0 : 1.0;
   });
   EXPECT_NEAR(half[0].light, 0.5, 1e-6);  // switched on in its middle
@@ -103,13 +103,13 @@ CameraSpec automatic() {
 }
 
 /// The picture that a room of this grey gives.
-cv::Mat picture(const Exposure& exposure, double grey) {
+cv::Mat picture(const ExposureControl& exposure, double grey) {
   const RowLight row = exposure.rows(Duration{0}, steady)[0];
   return {48, 64, CV_8UC3, cv::Scalar::all(std::min(255.0, std::round(grey * row.light * row.gain)))};
 }
 
 TEST(AutoExposure, FollowsAStepWithItsTimeConstant) {
-  Exposure exposure(automatic(), {0.0, 100.0});
+  ExposureControl exposure(automatic(), {0.0, 100.0});
   const Duration frame = from_seconds(1.0 / 60.0);
   const double wanted = 100.0 / 40.0;
   for (int i = 1; i <= 90; ++i) {
@@ -122,7 +122,7 @@ TEST(AutoExposure, FollowsAStepWithItsTimeConstant) {
 
 TEST(AutoExposure, TakesTheSameTimeAtAnyFrameRate) {
   const auto after_a_lag = [](int frames) {
-    Exposure exposure(automatic(), {0.0, 100.0});
+    ExposureControl exposure(automatic(), {0.0, 100.0});
     for (int i = 0; i < frames; ++i) exposure.observe(picture(exposure, 200.0), from_seconds(0.3 / frames));
     return std::log(exposure.factor());
   };
@@ -131,7 +131,7 @@ TEST(AutoExposure, TakesTheSameTimeAtAnyFrameRate) {
 }
 
 TEST(AutoExposure, BrightensByGainAndDarkensByLightWithinItsBounds) {
-  Exposure exposure(automatic(), {0.0, 100.0});
+  ExposureControl exposure(automatic(), {0.0, 100.0});
   for (int i = 0; i < 200; ++i) exposure.observe(picture(exposure, 3.0), from_seconds(0.1));
   EXPECT_NEAR(exposure.factor(), 4.0, 1e-9);
   EXPECT_EQ(exposure.rows(Duration{0}, steady)[0].gain, 4.0F);
@@ -146,7 +146,7 @@ TEST(AutoExposure, BrightensByGainAndDarkensByLightWithinItsBounds) {
 }
 
 TEST(AutoExposure, OffChangesNothing) {
-  Exposure exposure(CameraSpec{}, {0.0, 100.0});
+  ExposureControl exposure(CameraSpec{}, {0.0, 100.0});
   exposure.observe(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(3)), from_seconds(1.0));
   EXPECT_EQ(exposure.factor(), 1.0);
 }

@@ -15,7 +15,7 @@ constexpr double kDt = std::chrono::duration<double>(World::kStep).count();
 
 RobotSpec robot_at(RobotModelName model, double x, double y, double yaw_deg) {
   RobotSpec robot;
-  robot.id = "r";
+  robot.id.push_back('r');
   robot.model = model;
   robot.start = {x, y, yaw_deg};
   return robot;

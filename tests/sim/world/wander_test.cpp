@@ -20,7 +20,8 @@ Scenario wandering(const WanderStep& step, const std::vector<StartSpec>& starts,
   scenario.room.size_m = {size_m, size_m};
   for (const StartSpec& start : starts) {
     RobotSpec robot;
-    robot.id = "r" + std::to_string(scenario.robots.size());
+    robot.id = std::to_string(scenario.robots.size());
+    robot.id.insert(0, 1, 'r');
     robot.start = start;
     robot.program = {{step}};
     scenario.robots.push_back(robot);
