@@ -134,6 +134,8 @@ void MotionFilter::carry(Track& track, Time from, Time to) const {
 // ---- Observations --------------------------------------------------------------------------------------
 
 void MotionFilter::see(Track& track, const Observation& observation) const {
+  track.noise.see(observation);
+  track.scale = track.noise.scale(config_.max_noise_scale);
   if (track.phase == Phase::searching || track.phase == Phase::lost) {
     begin(track, observation);
   } else {
@@ -142,7 +144,7 @@ void MotionFilter::see(Track& track, const Observation& observation) const {
 }
 
 void MotionFilter::begin(Track& track, const Observation& observation) const {
-  const LinearMeasurement seen = motion::pose_measurement(observation);
+  const LinearMeasurement seen = motion::pose_measurement(observation, track.scale);
   Gaussian6 start;
   start.mean << seen.value, 0.0, 0.0, 0.0;
   start.cov.setZero();
@@ -170,7 +172,7 @@ void MotionFilter::begin(Track& track, const Observation& observation) const {
 }
 
 void MotionFilter::see_tracked(Track& track, const Observation& observation) const {
-  LinearMeasurement seen = motion::pose_measurement(observation);
+  LinearMeasurement seen = motion::pose_measurement(observation, track.scale);
   const int turns = std::max(1, observation.heading_turns);
   if (turns < track.turns) {
     // Now it is known better which way is forward: turned to the nearest of the headings that looked alike.
@@ -282,7 +284,7 @@ std::shared_ptr<const Mixture> MotionFilter::judged_again(Time last_accepted, Ti
       motion::correct(mixture, motion::velocity_measurement(*record.event.velocity, motion::kOdometryMemory));
       continue;
     }
-    LinearMeasurement measured = motion::pose_measurement(*record.event.observation);
+    LinearMeasurement measured = motion::pose_measurement(*record.event.observation, record.after.scale);
     const double ramp = to_seconds(record.event.at - entry) / config_.entry_s;
     const double bias = ramp * config_.entry_bias_m;
     // Errors that stay together do not average: each weighs as one of `seen`.

@@ -13,6 +13,9 @@
 //   late      every frame and odometry reading is an event; an event that comes late is put where it belongs
 //             and what followed is run again from the snapshot before it. The result is that of delivery in
 //             order, to the bit.
+//   claims    a detector that claims to be better than its observations agree with each other is believed
+//   less
+//             (NoiseJudge)
 //   bias      a detector's slow error is not averaged away: it is a random walk of what is observed, and its
 //             variance is added to what is published.
 #pragma once
@@ -90,6 +93,8 @@ class MotionFilter final : public Filter {
     bool took_gap = false;   ///< `main` goes on from the gap's branch
     double turned = 0.0;     ///< rad by which this event corrected the heading
     Candidate candidate;
+    motion::NoiseJudge noise;
+    motion::NoiseScale scale;  ///< by which the detector's claims are multiplied here
   };
 
   struct Record {

@@ -128,7 +128,7 @@ std::optional<Estimate> MotionFilter::smoothed(Time at) const {
 /// What event i told, as it was used.
 LinearMeasurement MotionFilter::measurement(std::size_t i) const {
   const Event& event = records_[i]->event;
-  if (!event.velocity) return motion::pose_measurement(*event.observation);
+  if (!event.velocity) return motion::pose_measurement(*event.observation, records_[i]->after.scale);
   const std::optional<Time> last = i > 0 ? records_[i - 1]->after.last_odometry : std::nullopt;
   return motion::velocity_measurement(*event.velocity,
                                       last ? to_seconds(event.at - *last) : motion::kOdometryMemory);

@@ -26,6 +26,7 @@ std::string check(const MotionFilterConfig& c) {
       Range{"observation_bias_m", c.observation_bias_m, 0.0, 1.0},
       Range{"observation_bias_rad", c.observation_bias_rad, 0.0, 1.0},
       Range{"bias_time_s", c.bias_time_s, 0.01, 1000.0},
+      Range{"max_noise_scale", c.max_noise_scale, 1.0, 100.0},
       Range{"gate", c.gate, 1.0, 1000.0},
       Range{"entry_bias_m", c.entry_bias_m, 0.0, 1.0},
       Range{"entry_s", c.entry_s, 0.0, 2.0},

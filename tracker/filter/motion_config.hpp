@@ -21,6 +21,8 @@ struct MotionFilterConfig {
   double observation_bias_m = 0.0002;    ///< its slow error per axis, one sigma, m, 0 to 1
   double observation_bias_rad = 0.0003;  ///< the same of yaw, rad, 0 to 1
   double bias_time_s = 2.0;              ///< over which that becomes another one, s, 0.01 to 1000
+  double max_noise_scale =
+      10.0;  ///< how many times its claims its noise may be found to be, 1 to 100; 1: believed
   /// Largest squared Mahalanobis distance of a pose that is believed, 1 to 1000; 16.3 leaves out one of 1000.
   double gate = 16.3;
   /// A robot that is being covered is detected with an error that grows up to this (one sigma, m, 0 to 1) ...

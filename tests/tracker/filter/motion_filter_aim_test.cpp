@@ -85,6 +85,30 @@ TEST(MotionFilterAims, PredictionsKnowHowUncertainTheyAre) {
   }
 }
 
+TEST(MotionFilterAims, ADetectorThatClaimsToBeBetterThanItIsIsFoundOut) {
+  const auto run = [](double claimed, double most) {
+    MotionFilterConfig config = test::white();
+    config.max_noise_scale = most;
+    Detector detector = test::kCoarse;
+    detector.claimed = claimed;
+    Score score;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+      feed({.kind = RouteKind::circle_1m25, .detector = detector, .seed = seed}, config,
+           [&](int, double t, const Route& route, const FilterStep& step, const MotionFilter&) {
+             if (step.estimate) score.add(*step.estimate, route.at(t).pose);
+           });
+    }
+    return score;
+  };
+  const Score honest = run(1.0, 10.0);
+  const Score found_out = run(0.3, 10.0);
+  const Score believed = run(0.3, 1.0);
+  EXPECT_LT(found_out.place_m, 1.25 * honest.place_m);
+  EXPECT_LT(found_out.nees, 6.0);
+  EXPECT_GT(believed.place_m, 2.0 * honest.place_m);                        // what it would be without
+  EXPECT_LT(std::abs(run(1.0, 1.0).place_m / honest.place_m - 1.0), 0.05);  // and the honest one pays nothing
+}
+
 /// A detector whose error has a slow part: first-order Gauss-Markov.
 class SlowError {
  public:
