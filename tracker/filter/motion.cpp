@@ -28,6 +28,15 @@ double largest_sigma(const Gaussian6& g) {
   return std::sqrt(0.5 * (a + b) + std::hypot(0.5 * (a - b), c));
 }
 
+/// No faster than it can be.
+void limit(Mixture& mixture, double speed, double yaw_rate) {
+  for (Gaussian6& part : mixture.part) {
+    const double now = part.mean.segment<2>(motion::kU).norm();
+    if (now > speed) part.mean.segment<2>(motion::kU) *= speed / now;
+    part.mean[motion::kW] = std::clamp(part.mean[motion::kW], -yaw_rate, yaw_rate);
+  }
+}
+
 }  // namespace
 
 MotionFilter::MotionFilter(const MotionFilterConfig& config) : config_(config) {
@@ -210,6 +219,7 @@ void MotionFilter::see_tracked(Track& track, const Observation& observation) con
   }
   track.took_gap = best != &track.main;
   track.main = corrected;
+  limit(track.main, config_.max_speed_mps, config_.max_yaw_rate);
   track.gap.reset();
   track.turns = std::min(track.turns, turns);
   track.accepted = true;

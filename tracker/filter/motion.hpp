@@ -58,7 +58,7 @@ class MotionFilter final : public Filter {
   std::optional<Estimate> smoothed(Time at) const;
   void reset() override;
   /// An independent copy; cheap: what happened is shared.
-  std::unique_ptr<MotionFilter> clone() const { return std::make_unique<MotionFilter>(*this); }
+  std::unique_ptr<Filter> clone() const { return std::make_unique<MotionFilter>(*this); }
 
   const MotionFilterConfig& config() const { return config_; }
   /// Of the models, in the order of motion::Model; none while there is no track.

@@ -109,6 +109,20 @@ TEST(MotionFilter, BelievesAKidnappingAfterEnoughObservationsAgree) {
   }
 }
 
+TEST(MotionFilter, NeverTellsOfAFasterRobotThanThereCanBe) {
+  MotionFilter filter({.max_speed_mps = 0.5, .max_yaw_rate = 1.0});
+  Random random(35);
+  for (int i = 0; i < 300; ++i) {
+    const double t = i / 30.0;  // at 1.2 m/s, turning at 3 rad/s: not this robot
+    const FilterStep step = filter.update(
+        instant(t),
+        at_pose(t, {1.2 * t + 0.05 * random.normal(), 0.05 * random.normal(), 3.0 * t}, 0.05, 0.2));
+    if (!step.estimate) continue;
+    EXPECT_LE(std::hypot(step.estimate->velocity.x, step.estimate->velocity.y), 0.5 + 1e-9);
+    EXPECT_LE(std::abs(step.estimate->velocity.yaw_rate), 1.0 + 1e-9);
+  }
+}
+
 TEST(MotionFilter, AFirstObservationThatWasWrongIsGivenUp) {
   MotionFilter filter;
   filter.update(instant(0.0), at_pose(0.0, {2.0, 2.0, 1.0}));
