@@ -56,6 +56,9 @@ class MotionFilter final : public Filter {
   /// The estimate for an instant within the last lag_s, with all later data used; none outside, or where the
   /// robot was not known. At the newest event it is the filtered estimate.
   std::optional<Estimate> smoothed(Time at) const;
+  /// The same for every event of the present track from `from` on (or from as far back as the lag reaches),
+  /// in order of time: one pass over the lag, where smoothed() takes one for each instant.
+  std::vector<Estimate> smoothed_from(Time from) const;
   void reset() override;
   /// An independent copy; cheap: what happened is shared.
   std::unique_ptr<Filter> clone() const { return std::make_unique<MotionFilter>(*this); }
@@ -122,6 +125,8 @@ class MotionFilter final : public Filter {
     std::size_t last = 0;
   };
   std::optional<Stretch> stretch(Time at) const;
+  template <typename Each>
+  void look_back(const Stretch& events, Time at, const Each& each) const;
   motion::LinearMeasurement measurement(std::size_t i) const;
   FilterStep step(bool accepted) const;
   Estimate publish(Time at, const motion::Gaussian6& state) const;

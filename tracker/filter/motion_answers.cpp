@@ -90,20 +90,19 @@ std::optional<MotionFilter::Stretch> MotionFilter::stretch(Time at) const {
   return out;
 }
 
-std::optional<Estimate> MotionFilter::smoothed(Time at) const {
-  if (records_.empty() || at > records_.back()->event.at ||
-      at < records_.back()->event.at - from_seconds(config_.lag_s))
-    return std::nullopt;
-  const auto events = stretch(at);
-  if (!events) return std::nullopt;
+/// From the stretch's last event back to `at`; each(time, filtered, future, turned) at every event and at
+/// `at`.
+template <typename Each>
+void MotionFilter::look_back(const Stretch& events, Time at, const Each& each) const {
   const auto branch = [](const Track& track, bool gap) -> const Mixture& {
     return gap && track.gap ? *track.gap : track.main;
   };
   bool gap = true;
-  Mixture filtered = branch(records_[events->last]->after, gap);
+  Mixture filtered = branch(records_[events.last]->after, gap);
   motion::Future future = motion::no_future(filtered);
   double turned = 0.0;
-  for (std::size_t i = events->last; i > events->first; --i) {
+  each(records_[events.last]->event.at, filtered, future, turned);
+  for (std::size_t i = events.last; i > events.first; --i) {
     const Record& here = *records_[i];
     if (here.after.accepted) motion::add(future, measurement(i), motion::collapse(filtered).mean);
     if (here.after.turned != 0.0) motion::turn_back(future, here.after.turned);
@@ -119,10 +118,45 @@ std::optional<Estimate> MotionFilter::smoothed(Time at) const {
     }
     const double dt = to_seconds(here.event.at - from);
     if (dt > 0.0) future = motion::back(bank, filtered, dt, future);
+    each(from, filtered, future, turned);
   }
-  Gaussian6 out = motion::combine(filtered, future);
-  out.mean[motion::kYaw] += turned;
-  return publish(at, out);
+}
+
+std::vector<Estimate> MotionFilter::smoothed_from(Time from) const {
+  std::vector<Estimate> out;
+  if (records_.empty()) return out;
+  const Time oldest = records_.back()->event.at - from_seconds(config_.lag_s);
+  const auto events = stretch(records_.back()->event.at);
+  if (!events) return out;
+  Stretch all{.first = events->last, .last = events->last};
+  while (all.first > 0 && records_[all.first - 1]->event.at >= std::max(from, oldest) &&
+         !records_[all.first]->after.restarted)
+    --all.first;
+  look_back(all, records_[all.first]->event.at,
+            [&](Time at, const Mixture& filtered, const motion::Future& future, double turned) {
+              if (at < std::max(from, oldest) || (!out.empty() && out.back().at == at)) return;
+              Gaussian6 state = motion::combine(filtered, future);
+              state.mean[motion::kYaw] += turned;
+              out.push_back(publish(at, state));
+            });
+  std::reverse(out.begin(), out.end());
+  return out;
+}
+
+std::optional<Estimate> MotionFilter::smoothed(Time at) const {
+  if (records_.empty() || at > records_.back()->event.at ||
+      at < records_.back()->event.at - from_seconds(config_.lag_s))
+    return std::nullopt;
+  const auto events = stretch(at);
+  if (!events) return std::nullopt;
+  std::optional<Estimate> out;
+  look_back(*events, at, [&](Time t, const Mixture& filtered, const motion::Future& future, double turned) {
+    if (t != at) return;
+    Gaussian6 state = motion::combine(filtered, future);
+    state.mean[motion::kYaw] += turned;
+    out = publish(at, state);
+  });
+  return out;
 }
 
 /// What event i told, as it was used.

@@ -294,6 +294,28 @@ TEST(MotionFilter, LateDataGiveTheSameResultToTheBitAsDataInOrder) {
   }
 }
 
+TEST(MotionFilter, SmoothedAtTheNewestIsFilteredAndOnePassTellsTheSameAsMany) {
+  for (std::uint64_t seed = 5; seed <= 7; ++seed) {
+    MotionFilter filter;
+    for (const Fed& f : eventful(seed)) give(filter, f);
+    const Time newest = instant(149 / 30.0);
+    const std::vector<Estimate> all = filter.smoothed_from(newest - from_seconds(0.8));
+    ASSERT_GT(all.size(), 20U);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (i > 0) {
+        EXPECT_GT(all[i].at, all[i - 1].at);
+      }
+      const auto one = filter.smoothed(all[i].at);
+      ASSERT_TRUE(one);
+      EXPECT_LT(test::place_error(one->pose, all[i].pose), 1e-12);
+      EXPECT_LT((one->covariance - all[i].covariance).norm(), 1e-12);
+    }
+    EXPECT_LT(test::place_error(all.back().pose, filter.predict(newest)->pose), 1e-12);
+    EXPECT_FALSE(filter.smoothed(newest + from_seconds(0.01)));
+    EXPECT_FALSE(filter.smoothed(newest - from_seconds(1.01)));
+  }
+}
+
 TEST(MotionFilter, AnObservationTooLateOrTwiceEmptyChangesNothing) {
   MotionFilter filter({.lag_s = 0.5});
   const double t = drive(filter, 3.0);
