@@ -176,17 +176,19 @@ std::vector<Effect> camera_effects() {
        .on = [](Scenario& s) { s.cameras[0].exposure_s = 0.025; },
        .at_s = 1.0},
       {.name = "rolling-shutter",
-       .caption = "A robot that turns at 340 degrees/s: `shutter`",
+       .caption = "A robot that passes at 1.8 m/s: `shutter`",
        .both =
            [](Scenario& s) {
-             drive(s, 1.0, 340.0);
+             drive(s, 1.8);
              s.cameras[0].exposure_s = 0.0005;
              s.cameras[0].readout_s = 0.049;
-             s.cameras[0].position_m[2] = 1.2;
+             s.cameras[0].position_m[2] = 0.8;
            },
        .off = {},
        .on = [](Scenario& s) { s.cameras[0].shutter = Shutter::rolling; },
-       .at_s = 1.0},
+       .at_s = 1.15,
+       .cut = {},
+       .enlarge = 1},
       {.name = "exposure-lag",
        .caption = "A fifth of a second after the lights went on, without and with the camera's own control: "
                   "`auto_exposure`",
