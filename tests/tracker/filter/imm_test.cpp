@@ -1,5 +1,7 @@
 // The mixture of models and its smoother: against one exact linear problem solved in one piece, and by laws.
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -150,6 +152,28 @@ TEST(Mixture, ProbabilitiesSumToOneAndTheModelThatForesawGains) {
   }
   EXPECT_GT(steady.weight[kSteady] + steady.weight[kAdjusting], 0.8);
   EXPECT_GT(stopped.weight[kStanding], 0.9);
+}
+
+TEST(Mixture, TheDensityOfAMeasurementIsTheWeightedSumOfTheModels) {
+  Random random(22);
+  Mixture m = same_in_all({});
+  double sum = 0.0;
+  const LinearMeasurement seen = pose(0.3, -0.2, 0.1, 0.05);
+  double nearest = 1e9;
+  for (std::size_t i = 0; i < kModels; ++i) {
+    Gaussian6& g = m.part[i];
+    for (int c = 0; c < 6; ++c) g.mean[c] = random.normal();
+    g.cov = Matrix6::Identity() * random.uniform(0.1, 1.0);
+    m.weight[i] = 0.1 + 0.05 * static_cast<double>(i);
+    const Eigen::Matrix3d s = g.cov.topLeftCorner<3, 3>() + seen.noise;
+    const Eigen::Vector3d d = seen.value - g.mean.head<3>();
+    const double distance2 = d.dot(s.inverse() * d);
+    nearest = std::min(nearest, distance2);
+    sum += m.weight[i] * std::exp(-0.5 * distance2) /
+           std::sqrt(std::pow(2.0 * std::numbers::pi, 3.0) * s.determinant());
+  }
+  EXPECT_NEAR(innovation(m, seen).log_density, std::log(sum), 1e-12);
+  EXPECT_NEAR(innovation(m, seen).distance2, nearest, 1e-12);
 }
 
 TEST(Mixture, SwitchingInTwoHalfTimesIsSwitchingInOne) {
