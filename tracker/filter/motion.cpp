@@ -70,17 +70,24 @@ bool MotionFilter::odometry(const BodyVelocity& velocity) {
 std::optional<std::size_t> MotionFilter::take(Event event) {
   if (!records_.empty() && event.at < records_.back()->event.at - from_seconds(config_.lag_s))
     return std::nullopt;
-  auto after = std::upper_bound(records_.begin(), records_.end(), event.at,
-                                [](Time at, const auto& record) { return at < record->event.at; });
-  // Frames of one instant: an empty one says nothing beside another.
+  // Of one instant: odometry, then frames by camera, however they came. An empty frame says nothing beside
+  // another.
+  const auto earlier = [](const Event& a, const Event& b) {
+    const auto rank = [](const Event& e) { return e.observation ? e.observation->camera + 1 : 0; };
+    if (a.at != b.at) return a.at < b.at;
+    if (a.velocity.has_value() != b.velocity.has_value()) return a.velocity.has_value();
+    return rank(a) < rank(b);
+  };
+  auto after =
+      std::upper_bound(records_.begin(), records_.end(), event,
+                       [&](const Event& e, const auto& record) { return earlier(e, record->event); });
   if (!event.velocity) {
-    for (auto it = after; it != records_.begin() && (*std::prev(it))->event.at == event.at; --it) {
-      const Event& other = (*std::prev(it))->event;
-      if (other.velocity) continue;
-      if (!event.observation) return std::nullopt;
-      if (other.observation) continue;
-      after = records_.erase(std::prev(it));
-      break;
+    if (!event.observation && after != records_.end() && (*after)->event.at == event.at) return std::nullopt;
+    if (after != records_.begin()) {
+      const Event& other = (*std::prev(after))->event;
+      const bool beside = other.at == event.at && !other.velocity;
+      if (beside && !event.observation) return std::nullopt;
+      if (beside && !other.observation) after = records_.erase(std::prev(after));
     }
   }
   const auto place = static_cast<std::size_t>(after - records_.begin());

@@ -340,6 +340,28 @@ TEST(MotionFilter, TwoCamerasAtOneInstantCountBoth) {
   EXPECT_LT(two.predict(instant(t))->covariance(0, 0), 0.7 * one.predict(instant(t))->covariance(0, 0));
 }
 
+TEST(MotionFilter, TheOrderInWhichOneInstantIsToldDoesNotMatter) {
+  MotionFilter a;
+  MotionFilter b;
+  for (int i = 0; i < 30; ++i) {
+    const double t = i / 30.0;
+    Observation left = at_pose(t, along(t), 0.01);
+    Observation right = at_pose(t, {0.2 * t + 0.005, 0.003, 0.01}, 0.02);
+    right.camera = 1;
+    const BodyVelocity said{.at = instant(t), .forward = 0.21};
+    a.odometry(said);
+    a.update(instant(t), left);
+    a.update(instant(t), right);
+    a.update(instant(t), std::nullopt);
+    b.update(instant(t), std::nullopt);
+    b.update(instant(t), right);
+    b.odometry(said);
+    b.update(instant(t), left);
+  }
+  EXPECT_EQ(a.predict(instant(1.5))->pose, b.predict(instant(1.5))->pose);
+  EXPECT_EQ(a.predict(instant(1.5))->covariance, b.predict(instant(1.5))->covariance);
+}
+
 TEST(MotionFilter, InputThatIsNotFiniteOrNoCovarianceIsNoObservation) {
   const auto broken = [](auto change) {
     Observation o = at_pose(0.0, {1.0, 0.0, 0.0});
