@@ -76,15 +76,20 @@ void drop_mixed(const cv::Mat& metres, int y, int reach, cv::Mat& depth) {
   }
 }
 
-void drop_holes(const cv::Mat& metres, const CameraSpec& camera, cv::Mat& depth) {
-  const double baseline = depth_law(camera.depth).baseline_m;
-  const auto shift = static_cast<float>(camera.depth.holes * baseline * camera.fx_px);
-  const int reach = static_cast<int>(std::lround(camera.depth.holes));
-  for (int y = 0; y < metres.rows; ++y) {
-    if (baseline > 0.0) drop_shadows(metres.ptr<float>(y), metres.cols, shift, depth.ptr<std::uint16_t>(y));
-    if (baseline <= 0.0 && reach > 0) drop_mixed(metres, y, reach, depth);
+/// How far things throw holes into a camera's depth.
+struct Holes {
+  explicit Holes(const CameraSpec& camera) {
+    if (!camera.depth.noise || !(camera.depth.holes > 0.0)) return;
+    const double baseline = depth_law(camera.depth).baseline_m;
+    if (baseline > 0.0) {
+      shift = static_cast<float>(camera.depth.holes * baseline * camera.fx_px);
+    } else {
+      reach = static_cast<int>(std::lround(camera.depth.holes));
+    }
   }
-}
+  float shift = 0.0F;  ///< of a second eye, px m; 0: there is none
+  int reach = 0;       ///< px that mix across a jump; 0: none
+};
 
 /// A number from -1 to 1 that is this camera's in every frame.
 double camera_number(const NoiseStream& stream, std::uint64_t which) {
@@ -168,6 +173,7 @@ void measure_depth(const cv::Mat& metres, const CameraSpec& camera, const NoiseS
   DepthRow row = depth_row(camera.depth, stream);
   row.noise = noise.values.data();
   row.count = metres.cols;
+  const Holes holes(camera);
   for (int y = 0; y < metres.rows; ++y) {
     if (camera.depth.noise) {
       functions.random(
@@ -176,8 +182,9 @@ void measure_depth(const cv::Mat& metres, const CameraSpec& camera, const NoiseS
     row.metres = metres.ptr<float>(y);
     row.out = depth.ptr<std::uint16_t>(y);
     functions.depth(row);
+    if (holes.shift > 0.0F) drop_shadows(row.metres, row.count, holes.shift, row.out);
   }
-  if (camera.depth.noise && camera.depth.holes > 0.0) drop_holes(metres, camera, depth);
+  for (int y = 0; holes.reach > 0 && y < metres.rows; ++y) drop_mixed(metres, y, holes.reach, depth);
 }
 
 }  // namespace skylight::sim

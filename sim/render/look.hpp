@@ -40,6 +40,7 @@ struct Caster {
   float x = 0.0F, y = 0.0F;            ///< of its middle, body frame
   float half_x = 0.0F, half_y = 0.0F;  ///< round: both its radius
   float low = 0.0F, high = 0.0F;       ///< m above the floor
+  bool operator==(const Caster&) const = default;
 };
 
 /// A body prepared for drawing, once; what looks the same shares it.

@@ -55,6 +55,35 @@ Span Outline::columns() const {
   return all.empty() ? Span{} : all;
 }
 
+void Outline::join(const Outline& other) {
+  if (other.empty()) return;
+  if (empty()) {
+    *this = other;
+    return;
+  }
+  const int first = std::min(first_row_, other.first_row_);
+  const int end = std::max(end_row(), other.end_row());
+  spans_.insert(spans_.begin(), static_cast<std::size_t>(first_row_ - first), Span{});
+  spans_.resize(static_cast<std::size_t>(end - first));
+  first_row_ = first;
+  for (int y = other.first_row(); y < other.end_row(); ++y) {
+    const Span more = other.at(y);
+    Span& span = spans_[static_cast<std::size_t>(y - first)];
+    if (more.empty()) continue;
+    span = span.empty() ? more : Span{std::min(span.begin, more.begin), std::max(span.end, more.end)};
+  }
+}
+
+bool Outline::touches(const Outline& other) const {
+  const int end = std::min(end_row(), other.end_row());
+  for (int y = std::max(first_row_, other.first_row_); y < end; ++y) {
+    const Span a = at(y);
+    const Span b = other.at(y);
+    if (!a.empty() && !b.empty() && a.begin <= b.end && b.begin <= a.end) return true;
+  }
+  return false;
+}
+
 void Outline::fill(int width, int height) {
   first_row_ = 0;
   spans_.assign(static_cast<std::size_t>(height), {0, width});

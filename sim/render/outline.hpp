@@ -32,6 +32,10 @@ class Outline {
   Span columns() const;
 
   void clear() { spans_.clear(); }
+  /// Grows to hold another's pixels, and those of a row that lie in between.
+  void join(const Outline& other);
+  /// A pixel of one lies in or right beside the other.
+  bool touches(const Outline& other) const;
   /// All pixels of a picture of this size.
   void fill(int width, int height);
   /// Every pixel that comes within `margin` px of the polygon (counter-clockwise, convex; half a pixel of the

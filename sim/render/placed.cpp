@@ -29,6 +29,10 @@ struct Turn {
   }
 };
 
+bool same(const Pose2& a, const Pose2& b) {
+  return a.x == b.x && a.y == b.y && a.yaw == b.yaw;
+}
+
 /// Points around a solid's outline from above, body frame. `outside`: of a polygon around a cylinder, else in
 /// it.
 std::vector<Vector2d> ring(const Solid& solid, bool outside, double edge) {
@@ -90,14 +94,31 @@ std::array<float, 2> PlateLight::at(float x, float y) const {
 }
 
 bool Placed::place(const View& view, const Look& look, std::size_t actor, const PoseAt& pose) {
+  const bool before = known_ && look_ == &look && actor_ == actor && path_.still();
+  const Pose2 was = path_.middle;
   look_ = &look;
   actor_ = actor;
+  known_ = find_path(view, pose);
+  if (!known_) {
+    body_rows_ = body_columns_ = {};
+    shadows_.clear();
+    area_.clear();
+    unmoved_ = lit_ = false;
+    return false;
+  }
+  unmoved_ = before && path_.still() && same(was, path_.middle);
+  if (!unmoved_) lay_out(view);
+  return body_seen() || !shadows_.empty();
+}
+
+/// All that follows from its path.
+void Placed::lay_out(const View& view) {
+  lit_ = false;
   body_rows_ = body_columns_ = {};
   shadows_.clear();
-  if (!find_path(view, pose)) return false;
   const Turn turn(path_.middle.yaw);
   casters_.clear();
-  for (const Caster& shape : look.casters()) {
+  for (const Caster& shape : look_->casters()) {
     casters_.push_back({shape, static_cast<float>(turn.cosine), static_cast<float>(turn.sine),
                         static_cast<float>(path_.middle.x), static_cast<float>(path_.middle.y)});
   }
@@ -105,33 +126,41 @@ bool Placed::place(const View& view, const Look& look, std::size_t actor, const 
   outline_shadows(view);
   same_in_all_rows_ = view.exposure.readout_s == 0.0 || path_.still();
   if (same_in_all_rows_) stances_ = make_stances(view, 0);
-  const Vector3d size = look.bound().max - look.bound().min;
+  const Vector3d size = look_->bound().max - look_->bound().min;
   large_ = size.head<2>().maxCoeff() > kLarge;
-  return body_seen() || !shadows_.empty();
+  area_.clear();
+  for (const Outline& outline : outer_) area_.join(outline);
+  for (const ShadowArea& shadow : shadows_) area_.join(shadow.outline);
 }
 
-bool Placed::find_path(const View& view, const PoseAt& pose) {
-  path_ = {};
-  const auto now = pose(actor_, 0.0);
-  if (!now) return false;
-  double begin = 0.0;
-  double end = 0.0;
+void Placed::find_times(const View& view, const Pose2& now) {
+  begin_s_ = end_s_ = 0.0;
   if (view.exposure.readout_s > 0.0) {  // the rows that it may lie in, at first by where it is now
     std::vector<Vector2d> pixels;
     int low = 0;
     int high = view.exposure.height_px - 1;
-    if (project_all(*view.camera, hull_points(look_->bound(), *now), pixels)) {
+    if (project_all(*view.camera, hull_points(look_->bound(), now), pixels)) {
       const auto [least, most] = std::minmax_element(
           pixels.begin(), pixels.end(), [](const Vector2d& a, const Vector2d& b) { return a.y() < b.y(); });
       constexpr double kSpare = 20.0;  // px
       low = static_cast<int>(std::clamp(least->y() - kSpare, 0.0, 1.0 * high));
       high = static_cast<int>(std::clamp(most->y() + kSpare, 0.0, 1.0 * high));
     }
-    begin = view.exposure.row(low);
-    end = view.exposure.row(high);
+    begin_s_ = view.exposure.row(low);
+    end_s_ = view.exposure.row(high);
   }
-  begin -= 0.5 * view.exposure.exposure_s;
-  end += 0.5 * view.exposure.exposure_s;
+  begin_s_ -= 0.5 * view.exposure.exposure_s;
+  end_s_ += 0.5 * view.exposure.exposure_s;
+}
+
+bool Placed::find_path(const View& view, const PoseAt& pose) {
+  const auto now = pose(actor_, 0.0);
+  if (!now) return false;
+  if (!known_ || !now_ || !same(*now, *now_)) find_times(view, *now);
+  now_ = now;
+  const double begin = begin_s_;
+  const double end = end_s_;
+  path_ = {};
   path_.middle_s = 0.5 * (begin + end);
   path_.half_s = std::max(0.5 * (end - begin), 1e-9);
   const auto middle = path_.middle_s == 0.0 ? now : pose(actor_, path_.middle_s);
@@ -299,7 +328,39 @@ Stances Placed::make_stances(const View& view, int y) const {
   return stances;
 }
 
-void Placed::light_up(const View& view, const std::vector<ShadowCaster>& others) {
+void Placed::light_up(const View& view, std::vector<ShadowCaster> others) {
+  same_light_ = unmoved_ && lit_ && others == others_;
+  if (same_light_) return;
+  lit_ = true;
+  others_ = std::move(others);
+  const Light& light = *view.light;
+  const Vector3d middle(path_.middle.x, path_.middle.y, look_->bound().max.z());
+  double factor = light.at(middle);
+  for (std::size_t i = 0; i < light.lamps().size(); ++i) {
+    float left = 1.0F;
+    if (light.lamps()[i].position.z() <= middle.z() + 0.05) continue;
+    const LampAbove lamp = lamp_above(light.lamps()[i], middle.z());
+    for (const ShadowCaster& other : others_) {
+      left *= 1.0F - hidden(other, lamp, static_cast<float>(middle.z()), all(static_cast<float>(middle.x())),
+                            all(static_cast<float>(middle.y())))[0];
+    }
+    factor -= light.from_lamp(i, middle) * (1.0 - static_cast<double>(left));
+  }
+  light_reference_ = factor;
+  paint_solids(view, factor);
+  if (!look_->plate()) return;
+  const double distance = (middle - view.eye).norm();
+  print_level_ = look_->print().level_for(distance * view.sample_angle / look_->metres_per_px());
+  std::vector<ShadowCaster> casters = others_;
+  const double plate = look_->solids()[*look_->plate()].max.z();
+  for (const ShadowCaster& own : casters_) {
+    if (own.shape.high > static_cast<float>(plate) + 0.001F) casters.push_back(own);
+  }
+  light_plate(view, casters);
+}
+
+/// The solids' colours; `factor`: of the light where its upper side is.
+void Placed::paint_solids(const View& view, double factor) {
   const Turn turn(path_.middle.yaw);
   const Light& light = *view.light;
   const auto in_map = [&](const Vector3d& p) {
@@ -307,18 +368,6 @@ void Placed::light_up(const View& view, const std::vector<ShadowCaster>& others)
     return Vector3d(at.x(), at.y(), p.z());
   };
   const Vector3d middle(path_.middle.x, path_.middle.y, look_->bound().max.z());
-  double factor = light.at(middle);
-  for (std::size_t i = 0; i < light.lamps().size(); ++i) {
-    float left = 1.0F;
-    if (light.lamps()[i].position.z() <= middle.z() + 0.05) continue;
-    const LampAbove lamp = lamp_above(light.lamps()[i], middle.z());
-    for (const ShadowCaster& other : others) {
-      left *= 1.0F - hidden(other, lamp, static_cast<float>(middle.z()), all(static_cast<float>(middle.x())),
-                            all(static_cast<float>(middle.y())))[0];
-    }
-    factor -= light.from_lamp(i, middle) * (1.0 - static_cast<double>(left));
-  }
-  light_reference_ = factor;
   const Vector2d slope = turn.in(light.side_slope(middle));
   paints_.resize(look_->solids().size());
   for (std::size_t i = 0; i < paints_.size(); ++i) {
@@ -336,15 +385,6 @@ void Placed::light_up(const View& view, const std::vector<ShadowCaster>& others)
       paints_[i].side_y[c] = static_cast<float>(factor * slope.y()) * side_color[k];
     }
   }
-  if (!look_->plate()) return;
-  const double distance = (middle - view.eye).norm();
-  print_level_ = look_->print().level_for(distance * view.sample_angle / look_->metres_per_px());
-  std::vector<ShadowCaster> casters = others;
-  const double plate = look_->solids()[*look_->plate()].max.z();
-  for (const ShadowCaster& own : casters_) {
-    if (own.shape.high > static_cast<float>(plate) + 0.001F) casters.push_back(own);
-  }
-  light_plate(view, casters);
 }
 
 /// Light changes slowly over a plate: it is worked out at a few places, and only what casters keep off at

@@ -19,7 +19,8 @@
 
 namespace skylight::sim {
 
-/// Where an actor is, `since_midpoint` seconds from the frame's midpoint; none: not there.
+/// Where an actor is, `since_midpoint` seconds from the frame's midpoint; none: not there. Asked by several
+/// threads at once.
 using PoseAt = std::function<std::optional<Pose2>(std::size_t actor, double since_midpoint)>;
 
 /// When the rows of a frame are exposed.
@@ -94,10 +95,15 @@ struct ShadowArea {
 
 class Placed {
  public:
-  /// Finds out where it is; false where it is not there or cannot be seen, not even its shadow.
+  /// Finds out where it is; false where it is not there or cannot be seen, not even its shadow. Quick where
+  /// it has been still ever since it was placed the last time; then the view must be the same, or forget().
   bool place(const View& view, const Look& look, std::size_t actor, const PoseAt& pose);
   /// The colours. `others`: what may keep lamps' light off its upper side.
-  void light_up(const View& view, const std::vector<ShadowCaster>& others);
+  void light_up(const View& view, std::vector<ShadowCaster> others);
+  /// To be placed and lit anew whatever it was like before.
+  void forget() { known_ = lit_ = false; }
+  /// Where it was and lit as it was in the frame before, all through the exposure.
+  bool same_as_before() const { return unmoved_ && (same_light_ || !body_seen()); }
 
   std::size_t actor() const { return actor_; }
   const Look& look() const { return *look_; }
@@ -105,6 +111,8 @@ class Placed {
   bool body_seen() const { return body_rows_.end > body_rows_.begin; }
   const Span& body_rows() const { return body_rows_; }
   const Span& body_columns() const { return body_columns_; }
+  /// Every pixel that it or one of its shadows may touch, and what lies in between.
+  const Outline& area() const { return area_; }
   const Outline& outer(std::size_t solid) const { return outer_[solid]; }
   const Outline& inner(std::size_t solid) const { return inner_[solid]; }
   const Paint& paint(std::size_t solid) const { return paints_[solid]; }
@@ -120,6 +128,9 @@ class Placed {
 
  private:
   bool find_path(const View& view, const PoseAt& pose);
+  void find_times(const View& view, const Pose2& now);
+  void lay_out(const View& view);
+  void paint_solids(const View& view, double factor);
   void outline_solids(const View& view);
   void outline_shadows(const View& view);
   void light_plate(const View& view, const std::vector<ShadowCaster>& casters);
@@ -127,13 +138,18 @@ class Placed {
 
   const Look* look_ = nullptr;
   std::size_t actor_ = 0;
+  bool known_ = false, unmoved_ = false;   ///< placed before; and in the same place
+  bool lit_ = false, same_light_ = false;  ///< lit before; and by the same light
+  std::optional<Pose2> now_;               ///< at the frame's midpoint
+  double begin_s_ = 0.0, end_s_ = 0.0;     ///< of the exposure of the rows that may show it then
   ExposurePath path_;
   double moved_px_ = 0.0;
   Span body_rows_, body_columns_;
   std::vector<Outline> outer_, inner_;
+  Outline area_;
   std::vector<Paint> paints_;
   std::vector<ShadowArea> shadows_;
-  std::vector<ShadowCaster> casters_;
+  std::vector<ShadowCaster> casters_, others_;
   PlateLight plate_light_;
   int print_level_ = 0;
   bool same_in_all_rows_ = true;

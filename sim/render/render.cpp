@@ -62,6 +62,7 @@ void Renderer::set_actors(std::vector<SceneActor> actors, const PoseAt& now) {
   actors_ = std::move(actors);
   fixed_at_ = std::move(at);
   places_.assign(actors_.size(), {});
+  drawn_.assign(actors_.size(), {});
   is_placed_.assign(actors_.size(), false);
   if (!same) draw_standing_again();
 }
@@ -70,6 +71,7 @@ void Renderer::set_look(std::size_t actor, std::shared_ptr<const Look> look) {
   SceneActor& changed = actors_.at(actor);
   changed.look = std::move(look);
   is_placed_[actor] = false;
+  places_[actor].forget();
   if (changed.fixed) draw_standing_again();
 }
 
@@ -122,7 +124,8 @@ void Renderer::draw_standing_again() {
   paint(all);
   mean_ = standing_.mean.clone();
   if (!metres_.empty()) standing_.metres.copyTo(metres_);
-  for (std::vector<Span>& row : changed_) row.clear();
+  for (std::vector<Change>& row : changed_) row.clear();
+  for (Placed& placed : places_) placed.forget();
 }
 
 /// What may keep a lamp's light off its upper side: whatever is higher and not too far for its shadow.
@@ -167,21 +170,53 @@ std::vector<ShadowCaster> Renderer::casters_above(const Placed& placed) const {
 
 void Renderer::place_all(const PoseAt& pose) {
   const View view = scene().view;
+  const auto for_each_actor = [&](const auto& work) {
+    cv::parallel_for_(cv::Range(0, static_cast<int>(actors_.size())), [&](const cv::Range& range) {
+      for (int i = range.start; i < range.end; ++i) work(static_cast<std::size_t>(i));
+    });
+  };
   places_.resize(actors_.size());
-  is_placed_.assign(actors_.size(), false);
-  for (std::size_t i = 0; i < actors_.size(); ++i) {
-    if (actors_[i].fixed || !actors_[i].look) continue;
-    is_placed_[i] = places_[i].place(view, *actors_[i].look, i, pose);
-  }
-  for (std::size_t i = 0; i < actors_.size(); ++i) {
+  std::vector<std::uint8_t> is_placed(actors_.size(), 0);
+  for_each_actor([&](std::size_t i) {
+    if (!actors_[i].fixed && actors_[i].look)
+      is_placed[i] = places_[i].place(view, *actors_[i].look, i, pose) ? 1 : 0;
+  });
+  is_placed_.assign(is_placed.begin(), is_placed.end());
+  for_each_actor([&](std::size_t i) {
     if (is_placed_[i] && places_[i].body_seen()) places_[i].light_up(view, casters_above(places_[i]));
+  });
+}
+
+/// Whoever is as before and touches nobody who is not, neither where that one is now nor where it was.
+void Renderer::find_kept() {
+  kept_.assign(actors_.size(), false);
+  if (was_passed_ || !passing_.empty()) return;
+  std::vector<std::size_t> others;
+  for (std::size_t i = 0; i < actors_.size(); ++i) {
+    kept_[i] = is_placed_[i] && places_[i].same_as_before();
+    if (!kept_[i]) others.push_back(i);
+  }
+  while (!others.empty()) {  // whoever is not kept may touch further ones
+    const std::size_t other = others.back();
+    others.pop_back();
+    for (std::size_t i = 0; i < actors_.size(); ++i) {
+      if (!kept_[i]) continue;
+      const Outline& area = places_[i].area();
+      if (!area.touches(drawn_[other]) && !(is_placed_[other] && area.touches(places_[other].area())))
+        continue;
+      kept_[i] = false;
+      others.push_back(i);
+    }
   }
 }
 
 void Renderer::draw(const PoseAt& pose) {
   place_all(pose);
+  find_kept();
   Scene all = scene();
   for (std::size_t i = 0; i < actors_.size(); ++i) {
+    if (kept_[i]) continue;
+    drawn_[i] = is_placed_[i] ? places_[i].area() : Outline();
     if (is_placed_[i]) all.moving.push_back(&places_[i]);
   }
   for (const Placed& placed : fixed_) all.fixed.push_back(&placed);
@@ -189,7 +224,9 @@ void Renderer::draw(const PoseAt& pose) {
   all.mean = &mean_;
   all.metres = metres_.empty() ? nullptr : &metres_;
   all.changed = &changed_;
+  all.kept = &kept_;
   paint(all);
+  was_passed_ = !passing_.empty();
 }
 
 double Renderer::row_offset(std::size_t actor) const {

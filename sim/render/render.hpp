@@ -81,6 +81,7 @@ class Renderer {
   void draw_standing_again();
   Scene scene() const;
   void place_all(const PoseAt& pose);
+  void find_kept();
   std::vector<ShadowCaster> casters_above(const Placed& placed) const;
   bool hides(const Placed& other, const Eigen::Vector3d& place, double since_midpoint) const;
 
@@ -102,7 +103,10 @@ class Renderer {
   std::vector<bool> is_placed_;
   std::vector<PassingShadow> passing_;
   cv::Mat mean_, metres_;
-  std::vector<std::vector<Span>> changed_;  ///< by row: what differs from the standing picture
+  std::vector<std::vector<Change>> changed_;  ///< by row: what differs from the standing picture
+  std::vector<Outline> drawn_;                ///< by actor: where the last frame shows it
+  std::vector<bool> kept_;                    ///< by actor: what the last frame shows of it is right
+  bool was_passed_ = false;                   ///< a passing shadow darkened the last frame
 };
 
 }  // namespace skylight::sim

@@ -57,8 +57,14 @@ class RowPainter {
 
   void restore() {
     if (scene_.changed == nullptr) return;
-    std::vector<Span>& spans = (*scene_.changed)[static_cast<std::size_t>(y_)];
-    for (const Span& span : spans) {
+    std::vector<Change>& changes = (*scene_.changed)[static_cast<std::size_t>(y_)];
+    std::size_t stay = 0;
+    for (const Change& change : changes) {
+      if (scene_.kept != nullptr && change.actor < scene_.kept->size() && (*scene_.kept)[change.actor]) {
+        changes[stay++] = change;
+        continue;
+      }
+      const Span& span = change.span;
       const auto count = static_cast<std::size_t>(span.end - span.begin);
       std::memcpy(scene_.mean->ptr<std::uint16_t>(y_) + 3 * span.begin,
                   scene_.standing->mean.ptr<std::uint16_t>(y_) + 3 * span.begin,
@@ -67,32 +73,72 @@ class RowPainter {
         std::memcpy(scene_.metres->ptr<float>(y_) + span.begin,
                     scene_.standing->metres.ptr<float>(y_) + span.begin, count * sizeof(float));
     }
-    spans.clear();
+    changes.resize(stay);
   }
-  void mark(const Span& span) {
-    if (scene_.changed != nullptr) (*scene_.changed)[static_cast<std::size_t>(y_)].push_back(span);
+  void mark(const Span& span, std::size_t actor) {
+    if (scene_.changed != nullptr) (*scene_.changed)[static_cast<std::size_t>(y_)].push_back({span, actor});
   }
 
   // ---- Shadows on the floor.
 
-  /// The stretches of this row that any shadow may touch, apart from each other.
+  /// What the actors' upper sides fill: whatever lies on the floor below is not seen.
+  void find_filled() {
+    filled_.clear();
+    for (const Placed* actor : scene_.moving) {
+      if (y_ < actor->body_rows().begin || y_ >= actor->body_rows().end) continue;
+      Span most;
+      for (std::size_t i = 0; i < actor->look().solids().size(); ++i) {
+        const Span span = actor->inner(i).at(y_);
+        if (span.end - span.begin > most.end - most.begin) most = span;
+      }
+      if (!most.empty() && !meets_fixed(most)) filled_.push_back(most);
+    }
+    std::sort(filled_.begin(), filled_.end(), [](const Span& a, const Span& b) { return a.begin < b.begin; });
+  }
+  bool meets_fixed(const Span& span) const {
+    return std::any_of(scene_.fixed.begin(), scene_.fixed.end(), [&](const Placed* actor) {
+      if (y_ < actor->body_rows().begin || y_ >= actor->body_rows().end) return false;
+      for (std::size_t i = 0; i < actor->look().solids().size(); ++i) {
+        if (actor->outer(i).at(y_).meets(span)) return true;
+      }
+      return false;
+    });
+  }
+  /// The stretches of this row that any shadow may touch, apart from each other, but for what is filled.
   void find_stretches() {
+    find_shaded();
+    if (stretches_.empty()) return;
+    find_filled();
+    if (filled_.empty()) return;
+    shaded_.swap(stretches_);
+    stretches_.clear();
+    for (Change rest : shaded_) {
+      for (const Span& hole : filled_) {
+        if (!hole.meets(rest.span)) continue;
+        if (hole.begin > rest.span.begin) stretches_.push_back({{rest.span.begin, hole.begin}, rest.actor});
+        rest.span.begin = hole.end;
+        if (rest.span.empty()) break;
+      }
+      if (!rest.span.empty()) stretches_.push_back(rest);
+    }
+  }
+  void find_shaded() {
     stretches_.clear();
     for (const Placed* actor : scene_.moving) {
       for (const ShadowArea& area : actor->shadows()) {
         const Span span = area.outline.at(y_);
-        if (!span.empty()) stretches_.push_back(span);
+        if (!span.empty()) stretches_.push_back({span, actor->actor()});
       }
     }
-    std::sort(stretches_.begin(), stretches_.end(), [](const Span& a, const Span& b) {
-      return a.begin < b.begin || (a.begin == b.begin && a.end < b.end);
-    });
+    std::stable_sort(stretches_.begin(), stretches_.end(),
+                     [](const Change& a, const Change& b) { return a.span.begin < b.span.begin; });
     std::size_t kept = 0;
-    for (const Span& span : stretches_) {
-      if (kept > 0 && span.begin <= stretches_[kept - 1].end) {
-        stretches_[kept - 1].end = std::max(stretches_[kept - 1].end, span.end);
+    for (const Change& one : stretches_) {
+      if (kept > 0 && one.span.begin <= stretches_[kept - 1].span.end) {
+        Span& span = stretches_[kept - 1].span;
+        span.end = std::max(span.end, one.span.end);
       } else {
-        stretches_[kept++] = span;
+        stretches_[kept++] = one;
       }
     }
     stretches_.resize(kept);
@@ -105,7 +151,7 @@ class RowPainter {
     const float* ray_x = scene_.rays->row(0, y_);
     const float* ray_y = scene_.rays->row(1, y_);
     const float* ray_z = scene_.rays->row(2, y_);
-    for (const Span& span : stretches_) {
+    for (const auto& [span, actor] : stretches_) {
       for (int x = span.begin; x < span.end; x += kLanes) {
         const F8 down = -eye_.z() / load(ray_z + x);
         store(&floor_x_[at(x)], eye_.x() + down * load(ray_x + x));
@@ -117,12 +163,16 @@ class RowPainter {
     for (const Placed* actor : scene_.moving) {
       for (const ShadowArea& area : actor->shadows()) {
         const Span span = area.outline.at(y_);
-        if (!span.empty()) darken(*actor, area.lamp, span);
+        if (span.empty()) continue;
+        for (const Change& stretch : stretches_) {
+          const Span part{std::max(span.begin, stretch.span.begin), std::min(span.end, stretch.span.end)};
+          if (!part.empty()) darken(*actor, area.lamp, part);
+        }
       }
     }
-    for (const Span& span : stretches_) {
-      apply_shadows(span);
-      mark(span);
+    for (const Change& span : stretches_) {
+      apply_shadows(span.span);
+      mark(span.span, span.actor);
     }
   }
 
@@ -223,7 +273,7 @@ class RowPainter {
         if (item.outer.meets(span)) items_.push_back(item);
       }
       paint_cluster(span);
-      mark(span);
+      mark(span, clusters_[begin].second->actor());
       begin = end;
     }
   }
@@ -631,7 +681,7 @@ class RowPainter {
       }
       before = after;
     }
-    if (changed_from < changed_to) mark({changed_from, changed_to});
+    if (changed_from < changed_to) mark({changed_from, changed_to}, Change::kNobody);
   }
 
   static std::size_t at(int x) { return static_cast<std::size_t>(x); }
@@ -643,7 +693,8 @@ class RowPainter {
   std::array<PlaneRows, 3> planes_{};
   std::vector<float> left_, lamps_left_, floor_x_, floor_y_;
   std::array<std::vector<float>, 6> on_plane_;
-  std::vector<Span> stretches_;
+  std::vector<Change> stretches_, shaded_;
+  std::vector<Span> filled_;
   std::vector<Item> items_, fixed_items_, shown_;
   std::vector<Group> groups_;
   std::vector<std::pair<Span, const Placed*>> clusters_;

@@ -19,6 +19,13 @@ struct PassingShadow {
   double centre_m = 0.0;       ///< of its middle line, along the direction from the origin of `map`
 };
 
+/// Pixels that differ from the standing picture, and the actor for whom they do.
+struct Change {
+  static constexpr std::size_t kNobody = static_cast<std::size_t>(-1);
+  Span span;
+  std::size_t actor = kNobody;
+};
+
 /// What there is to draw, and where to.
 struct Scene {
   View view;
@@ -32,7 +39,9 @@ struct Scene {
   cv::Mat* mean = nullptr;    ///< the standing picture but for `changed`
   cv::Mat* metres = nullptr;  ///< none: not wanted
   /// Of each row, what differs from the standing picture: put back before, collected while drawing.
-  std::vector<std::vector<Span>>* changed = nullptr;
+  std::vector<std::vector<Change>>* changed = nullptr;
+  /// By actor: not drawn and not put back, what the last frame has of it is right. None: all are drawn.
+  const std::vector<bool>* kept = nullptr;
   /// Drawing what stands: takes the floor and the lamps' shares away where it is covered. Else none.
   StandingPicture* into = nullptr;
 };

@@ -20,6 +20,7 @@ struct ShadowCaster {
   float sine = 0.0F;
   float x = 0.0F;
   float y = 0.0F;
+  bool operator==(const ShadowCaster&) const = default;
 };
 
 /// A lamp seen from the plane at a height.
