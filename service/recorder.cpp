@@ -207,7 +207,13 @@ void Recorder::write(const std::vector<Happening>& happenings) {
   check(events_, folder_ / "events.csv");
 }
 
-void Recorder::finish() {
+// The configuration tells where cameras hang at the start, for that is what a tracker would know.
+void Recorder::finish(const SimulatorFrames& simulator) {
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    const Eigen::Isometry3d now = simulator.map_from_camera(i);
+    if (now.isApprox(simulator.cameras()[i].model.map_from_camera(), 1e-12)) continue;
+    open(cameras_[i].folder / "moved.json", Json{{"map_from_camera", to_json(now)}}.dump(2) + "\n");
+  }
   for (CameraFiles& camera : cameras_) {
     camera.video.release();
     camera.frames.flush();

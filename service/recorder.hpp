@@ -1,10 +1,11 @@
 // A simulated run on disk: everything that `skylight simulate` writes, in forms that others read too.
 //
 //   DIR/config.json, appearances/      cameras and robots as `skylight track --config` takes them
-//   DIR/<camera>/frames.csv            file, capture time by the camera's own clock, sequence (lost frames:
-//   gaps) DIR/<camera>/000012.png            pictures, or one video.mkv (FFV1, lossless) or video.mp4 (lossy)
+//   DIR/<camera>/frames.csv            file, capture time by the camera's own clock, sequence (gaps: lost)
+//   DIR/<camera>/000012.png            pictures, or one video.mkv (FFV1, lossless) or video.mp4 (lossy)
 //   DIR/<camera>/depth/000012.png      16 bits, millimetres, 0: no reading
 //   DIR/<camera>/mot/gt.txt            MOTChallenge: frame,id,left,top,width,height,1,1,visibility
+//   DIR/<camera>/moved.json            only of a camera that was bumped: where it hangs at the end
 //   DIR/truth.csv, truth.<robot>.tum   where the robots truly were; the TUM files hold true time
 //   DIR/odometry.csv                   what the robots' own odometry says
 //   DIR/events.csv                     what took place: true time, name, action as JSON
@@ -34,8 +35,8 @@ class Recorder {
   void write(const Frame& frame, const std::vector<Truth>& truth);
   void write(const std::vector<Odometry>& odometry);
   void write(const std::vector<Happening>& happenings);
-  /// Everything is on disk, or it throws.
-  void finish();
+  /// Notes which cameras hang elsewhere than at the start. Everything is on disk, or it throws.
+  void finish(const SimulatorFrames& simulator);
 
  private:
   struct CameraFiles {

@@ -82,10 +82,14 @@ Json to_json(const RobotSnapshot& robot, const PoseAnswer& now) {
   return out;
 }
 
+Json to_json(const Eigen::Isometry3d& pose) {
+  const Eigen::Quaterniond q(pose.linear());
+  return {{"position_m", {pose.translation().x(), pose.translation().y(), pose.translation().z()}},
+          {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
+}
+
 Json to_json(const CameraSnapshot& camera) {
   const Intrinsics& in = camera.model->intrinsics();
-  const Eigen::Isometry3d& pose = camera.model->map_from_camera();
-  const Eigen::Quaterniond q(pose.linear());
   const bool seen = camera.frames > 0;
   return {{"id", camera.id},
           {"intrinsics",
@@ -97,9 +101,7 @@ Json to_json(const CameraSnapshot& camera) {
             {"cy_px", in.cy_px},
             {"lens", in.lens == LensModel::brown_conrady ? "brown_conrady" : "kannala_brandt"},
             {"distortion", in.distortion}}},
-          {"map_from_camera",
-           {{"position_m", {pose.translation().x(), pose.translation().y(), pose.translation().z()}},
-            {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}}},
+          {"map_from_camera", to_json(camera.model->map_from_camera())},
           {"captured", seen ? Json(unix_seconds(camera.captured)) : Json(nullptr)},
           {"frames", camera.frames},
           {"dropped", camera.dropped},

@@ -18,5 +18,7 @@ Json to_json(const PoseAnswer& answer, Time now);
 /// `now`: the answer for the present, whose state and reason are shown.
 Json to_json(const RobotSnapshot& robot, const PoseAnswer& now);
 Json to_json(const CameraSnapshot& camera);
+/// {position_m, quaternion_xyzw}
+Json to_json(const Eigen::Isometry3d& pose);
 
 }  // namespace skylight::service

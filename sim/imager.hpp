@@ -27,6 +27,9 @@ class Imager {
   /// Time from there to the end (or beginning) of the exposure of any row.
   Duration reach() const;
 
+  /// Where it truly hangs.
+  const Eigen::Isometry3d& map_from_camera() const { return renderer_.camera().map_from_camera(); }
+
   // What befalls it.
   void bump(const BumpAction& action);
   void freeze(const FreezeAction& action, Duration at);

@@ -123,6 +123,10 @@ Time Simulation::now() const {
   return Time{from_seconds(impl_->scenario.start_unix_s)} + impl_->stage.time();
 }
 
+Eigen::Isometry3d Simulation::map_from_camera(std::size_t camera) const {
+  return impl_->imagers.at(camera).map_from_camera();
+}
+
 void Simulation::act(const Action& action) {
   // What is in the room now only the stage knows: it may have been put there since.
   const bool of_now = std::holds_alternative<RemoveAction>(action);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
 #include "sim/scenario/event.hpp"
@@ -73,6 +74,10 @@ class Simulation {
 
   /// True time up to which the world has run.
   Time now() const;
+
+  /// Where a camera truly hangs as of the frame that next() gave last, bumps included; columns of the
+  /// rotation: image right, image down, away. Throws std::out_of_range.
+  Eigen::Isometry3d map_from_camera(std::size_t camera) const;
 
   /// Does something to the room at the world's next step, as an event would. Throws std::invalid_argument
   /// with key path and reason where the scenario has no such robot, camera or thing.

@@ -53,7 +53,7 @@ int simulate(const SimulateFlags& flags) {
   }
   recorder.write(simulator.take_odometry());
   recorder.write(simulator.take_happenings());
-  recorder.finish();
+  recorder.finish(simulator);
   std::printf("%zu frames in %s; track them with: skylight track %s --config %s\n", frames, folder.c_str(),
               (folder / simulator.cameras().front().id).c_str(), (folder / "config.json").c_str());
   return 0;

@@ -102,7 +102,8 @@ std::vector<SimulatedRobot> robots_of(const sim::Simulation& simulation) {
   std::vector<SimulatedRobot> robots;
   for (std::size_t i = 0; i < simulation.robots().size(); ++i) {
     const sim::RobotSpec& spec = simulation.robots()[i];
-    robots.push_back({spec.id, nullptr});
+    const Pose2 start{spec.start.x_m, spec.start.y_m, wrap_angle(spec.start.yaw_deg / kDegrees)};
+    robots.push_back({.id = spec.id, .appearance = nullptr, .start = start});
     if (!spec.picture.enabled && !spec.tag) continue;
     const sim::RobotPicture artwork = simulation.picture(i);
     const Picture picture{.image = artwork.image,
@@ -112,10 +113,21 @@ std::vector<SimulatedRobot> robots_of(const sim::Simulation& simulation) {
     const auto twin = std::find_if(robots.begin(), robots.end(), [&](const SimulatedRobot& robot) {
       return robot.appearance && same_artwork(robot.appearance->picture(), picture);
     });
-    robots.back().appearance =
-        twin != robots.end() ? twin->appearance : std::make_shared<const Appearance>(spec.id, picture);
+    if (twin == robots.end()) {
+      robots.back().appearance = std::make_shared<const Appearance>(spec.id, picture);
+      continue;
+    }
+    twin->copy = robots.back().copy = true;
+    robots.back().appearance = twin->appearance;
   }
   return robots;
+}
+
+// The camera as it hangs now.
+sim::CameraModel lens_of(const sim::Simulation& simulation, std::size_t camera) {
+  sim::CameraParameters parameters = sim::camera_model(simulation.scenario().cameras.at(camera)).parameters();
+  parameters.map_from_camera = simulation.map_from_camera(camera);
+  return sim::CameraModel(parameters);
 }
 
 // Box of everything that the robot's solids show, by the corners of their bounds.
@@ -234,7 +246,6 @@ struct SimulatorFrames::Impl {
 
   sim::Simulation simulation;
   std::vector<SimulatedCamera> cameras;
-  std::vector<sim::CameraModel> lenses;
   std::vector<SimulatedRobot> robots;
   std::vector<Truth> truth;
   Time delivered = Time::min();
@@ -245,7 +256,6 @@ SimulatorFrames::SimulatorFrames(const ScenarioRun& run)
   for (const sim::CameraSpec& camera : impl_->simulation.scenario().cameras) {
     impl_->cameras.push_back({camera.id, CameraModel(intrinsics_of(camera), sim::map_from_camera(camera)),
                               camera.frame_rate_hz, camera.exposure_s});
-    impl_->lenses.push_back(sim::camera_model(camera));
   }
   impl_->robots = robots_of(impl_->simulation);
 }
@@ -270,6 +280,9 @@ const std::vector<SimulatedRobot>& SimulatorFrames::robots() const {
 const std::vector<Truth>& SimulatorFrames::truth() const {
   return impl_->truth;
 }
+Eigen::Isometry3d SimulatorFrames::map_from_camera(std::size_t camera) const {
+  return impl_->simulation.map_from_camera(camera);
+}
 Time SimulatorFrames::delivered() const {
   return impl_->delivered;
 }
@@ -284,6 +297,7 @@ std::optional<Frame> SimulatorFrames::next() {
   auto shot = impl_->simulation.next();
   if (!shot) return std::nullopt;
   impl_->truth.clear();
+  const sim::CameraModel lens = lens_of(impl_->simulation, shot->frame.camera);
   for (std::size_t i = 0; i < shot->truth.size(); ++i) {
     sim::RobotTruth& robot = shot->truth[i];
     const sim::RobotModel& model = sim::robot_model(impl_->simulation.robots()[i].model);
@@ -295,9 +309,7 @@ std::optional<Frame> SimulatorFrames::next() {
                             .in_view = robot.in_view,
                             .visible = robot.visible,
                             .touches = std::move(robot.touches),
-                            .box_px = robot.present
-                                          ? box_of(model, robot.pose, impl_->lenses[shot->frame.camera])
-                                          : std::nullopt});
+                            .box_px = robot.present ? box_of(model, robot.pose, lens) : std::nullopt});
   }
   impl_->delivered = shot->delivered;
   return std::move(shot->frame);

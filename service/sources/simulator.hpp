@@ -27,6 +27,8 @@ struct SimulatedRobot {
   /// Its artwork, as its owner would register it; robots with the same artwork share one, named after the
   /// first of them. Null where nothing on the robot tells it apart: no picture and no tag.
   std::shared_ptr<const Appearance> appearance;
+  Pose2 start;        ///< where the scenario puts it
+  bool copy = false;  ///< another robot shares its appearance
 };
 
 /// Where a robot truly was when a frame was exposed.
@@ -144,6 +146,9 @@ class SimulatorFrames final : public FrameSource {
   Time delivered() const override;
   /// Of the frame that next() gave last, in the order of robots().
   const std::vector<Truth>& truth() const;
+  /// Where a camera truly hangs as of that frame: not as in cameras() once it was bumped. Throws
+  /// std::out_of_range.
+  Eigen::Isometry3d map_from_camera(std::size_t camera) const;
 
   /// Of the scenario, Unix time, true.
   Time start() const;

@@ -11,6 +11,7 @@
 #include "service/mot.hpp"
 #include "service/sources/video.hpp"
 #include "service/time_text.hpp"
+#include "service/wire.hpp"
 #include "tests/service/simulated_room.hpp"
 
 namespace skylight::service::test {
@@ -41,7 +42,7 @@ Tracked record(const std::string& scenario, const fs::path& to, RecordingFormat 
     recorder.write(*frame, simulator->truth());
     take(*frame, tracker, out);
   }
-  recorder.finish();
+  recorder.finish(*simulator);
   return out;
 }
 
@@ -107,6 +108,45 @@ TEST(Recorder, WritesTruthOncePerCameraAndRobotUnderItsHeader) {
   EXPECT_EQ(lines, 6U);
   for (const char* file : {"odometry.csv", "events.csv", "truth.anna.tum", "ceiling/mot/gt.txt"})
     EXPECT_TRUE(fs::exists(folder.path / "out" / file)) << file;
+}
+
+// Where a camera model of the tracker's own puts the middle of the robot's box, minus where the truth has it.
+Eigen::Vector2d off_the_box(const SimulatorFrames& simulator, const Eigen::Isometry3d& map_from_camera) {
+  const Truth& truth = simulator.truth().at(0);
+  const CameraModel camera(simulator.cameras().at(0).model.intrinsics(), map_from_camera);
+  const auto pixel = camera.pixel_from_map({truth.pose.x, truth.pose.y, 0.1});
+  const cv::Point2d middle = (truth.box_px->tl() + truth.box_px->br()) / 2.0;
+  return *pixel - Eigen::Vector2d(middle.x, middle.y);
+}
+
+TEST(Recorder, ABumpedCameraMovesTheBoxesAndIsNotedWhileTheTrackerIsToldNothing) {
+  const RoomFolder folder;
+  const std::string bump = R"("duration_s": 0.5, "events": [
+      {"at_s": 0.2, "do": "bump", "camera": "ceiling", "by_mm": [100, 0, 0], "by_deg": [0, 0, 2]}])";
+  SimulatorFrames simulator(scenario_run(folder.write("room.json", small_scenario(bump)), std::nullopt));
+  const Eigen::Isometry3d hung = simulator.cameras().at(0).model.map_from_camera();
+  Recorder recorder(folder.path / "out", simulator, RecordingFormat::png);
+  ASSERT_TRUE(simulator.next());
+  const Eigen::Vector2d before = off_the_box(simulator, hung);
+  while (simulator.next()) continue;
+  const Eigen::Isometry3d hangs = simulator.map_from_camera(0);
+  EXPECT_LT((off_the_box(simulator, hangs) - before).norm(), 3.0) << "the body's rim turns with the view";
+  EXPECT_GT((off_the_box(simulator, hung) - before).norm(), 15.0) << "250 px * 0.1 m / 1.5 m";
+  EXPECT_LT((hangs.translation() - hung.translation() - Eigen::Vector3d(0.1, 0, 0)).norm(), 1e-9);
+
+  recorder.finish(simulator);
+  std::ifstream file(folder.path / "out/ceiling/moved.json");
+  const Json moved = Json::parse(file);
+  EXPECT_NEAR(moved["map_from_camera"]["position_m"][0].get<double>(), 0.1, 1e-9);
+  const Config told = load_config({.file = folder.path / "out/config.json"});
+  EXPECT_TRUE(camera_model(told.cameras.at(0)).map_from_camera().isApprox(hung, 1e-12));
+}
+
+TEST(Recorder, ACameraThatHangsAsItDidIsNotNoted) {
+  const RoomFolder folder;
+  record(folder.write("room.json", small_scenario("\"duration_s\": 0.1")), folder.path / "out",
+         RecordingFormat::png);
+  EXPECT_FALSE(fs::exists(folder.path / "out/ceiling/moved.json"));
 }
 
 TEST(Recorder, APlaceThatCannotBeWrittenIsNamed) {
