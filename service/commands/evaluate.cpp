@@ -80,6 +80,17 @@ Config config_for(const EvaluateFlags& flags, const std::string& detector) {
                             {"tracker.filter.type=" + flags.filter, "--filter"}});
 }
 
+// Which of several copies is which nothing in a picture tells. A tracker that knows where each begins can be
+// asked whether it keeps them apart, and needs no chance to find them all.
+void tell_copies_apart(const SimulatorFrames& simulator, std::vector<RobotSpec>& robots) {
+  for (RobotSpec& robot : robots) {
+    for (const SimulatedRobot& simulated : simulator.robots()) {
+      if (simulated.id == robot.id && simulated.copy && !robot.initial_pose)
+        robot.initial_pose = simulated.start;
+    }
+  }
+}
+
 // Every detector over the same frames.
 std::vector<RunScore> score(const EvaluateFlags& flags, const ScenarioRun& run) {
   const std::vector<PoseKind> kinds = kinds_for(flags, run);
@@ -88,6 +99,7 @@ std::vector<RunScore> score(const EvaluateFlags& flags, const ScenarioRun& run) 
   std::shared_ptr<FrameSource> source;
   for (const std::string& detector : flags.detectors) {
     Assembly assembly = assemble(config_for(flags, detector), simulator);
+    tell_copies_apart(*simulator, assembly.robots);
     contestants.emplace_back(*simulator, make_tracker(assembly), detector, kinds,
                              from_seconds(flags.horizon_s));
     source = std::move(assembly.source);

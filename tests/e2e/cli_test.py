@@ -429,6 +429,15 @@ class Together(Case):
         self.assertEqual([(s["seed"], s["frames"]) for s in report["scenarios"]], [(8, 6), (9, 6), (10, 6)])
         self.assertEqual(report["expectations"], [])
 
+    def test_copies_are_told_where_they_begin_and_all_found(self):
+        twins = dict(SCENARIO, duration_s=1.6, robots=[dict(
+            SCENARIO["robots"][0], start={"x_m": -0.5, "y_m": 0, "yaw_deg": 90}, copies={"count": 2, "spacing_m": [1, 0]})])
+        out, err, code = run("evaluate", self.write_json("twins.json", twins), "--kind", "measured", "--json", "-")
+        self.assertEqual(code, 0, err)
+        (scored,) = json.loads(out)["scenarios"]
+        self.assertEqual([r["measured"] for r in scored["robots"]], [1.0, 1.0])
+        self.assertEqual(scored["identity"], {"id_switches": 0, "idf1": 1.0, "mota": 1.0})
+
     def write_json(self, name, content):
         path = self.folder / name
         path.write_text(json.dumps(content))
