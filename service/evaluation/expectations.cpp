@@ -10,11 +10,15 @@
 namespace skylight::service {
 namespace {
 
+bool is_common(const std::string& figure) {
+  return figure == "id_switches" || figure == "idf1" || figure == "mota";
+}
+
+// None where there was no pose: nobody who says nothing exchanges anybody.
 std::optional<double> common_figure(const std::string& figure, const IdentityTally& identity) {
+  if (identity.poses() == 0) return std::nullopt;
   if (figure == "id_switches") return static_cast<double>(identity.switches());
-  if (figure == "idf1") return identity.idf1();
-  if (figure == "mota") return identity.mota();
-  return std::nullopt;
+  return figure == "idf1" ? identity.idf1() : identity.mota();
 }
 
 // How far a value is inside its bounds; negative outside, least of all where there is none.
@@ -33,9 +37,9 @@ Judgement judge_one(const Expected& expected, const RunScore& run) {
     throw std::invalid_argument("expected of " + std::string(skylight::to_string(expected.kind)) +
                                 " poses, which were not scored");
   Judgement worst{.expected = expected, .robot = {}, .value = {}, .kept = false};
-  if (const auto common = common_figure(expected.figure, scored->identity)) {
-    worst.value = common;
-    worst.kept = margin(expected, common) >= 0.0;
+  if (is_common(expected.figure)) {
+    worst.value = common_figure(expected.figure, scored->identity);
+    worst.kept = margin(expected, worst.value) >= 0.0;
     return worst;
   }
   bool any = false;
@@ -67,7 +71,9 @@ std::optional<double> robot_figure(const std::string& figure, const RobotScore& 
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   const ErrorSummary& p = score.position_error_m;
   const ErrorSummary& yaw = score.yaw_error_rad;
-  if (figure == "confident_wrong") return static_cast<double>(score.confident_wrong);
+  // Counted also before the others begin to count; but none of no poses is no merit.
+  if (figure == "confident_wrong" && (score.confident_wrong > 0 || p.count > 0))
+    return static_cast<double>(score.confident_wrong);
   if (score.frames == 0) return std::nullopt;
   if (figure == "availability") return score.availability;
   if (figure == "measured") return score.measured;

@@ -46,6 +46,8 @@ class IdentityTally {
   /// Adds another run's counts; what stood where last is this run's own.
   void merge(const IdentityTally& other);
 
+  /// How many poses were judged.
+  std::size_t poses() const { return poses_; }
   std::size_t switches() const { return switches_; }
   double idf1() const;
   double mota() const;

@@ -115,6 +115,7 @@ RunScore worked_out() {
       if (k == 1 && i == 19) frame.estimate.reset();
       run.kinds[0].robots[static_cast<std::size_t>(k)].add(frame);
     }
+    run.kinds[0].identity.add(three(0, 1, 2), poses({0, 1, nullopt}));
   }
   return run;
 }
@@ -152,6 +153,27 @@ TEST(Expectations, AFigureWithoutAnyPoseIsNotKept) {
   EXPECT_FALSE(judged[0].value);
   EXPECT_THAT(judgement_line(judged[0]), HasSubstr("no pose"));
   EXPECT_FALSE(judged[1].kept) << "no covariance, so nothing to judge it by";
+}
+
+TEST(Expectations, WhoNeverGaveAPoseHasNotKeptItsCountsEither) {
+  RunScore run = worked_out();
+  run.kinds[0].identity = {};
+  for (const char* figure : {"id_switches", "confident_wrong"}) {
+    const auto judged = judge({at_most(figure, 0, "bare")}, run);
+    EXPECT_FALSE(judged[0].kept) << figure;
+    EXPECT_FALSE(judged[0].value) << figure;
+    EXPECT_THAT(judgement_line(judged[0]), HasSubstr("no pose"));
+  }
+  EXPECT_TRUE(judge({at_most("confident_wrong", 0, "a")}, run)[0].kept);
+}
+
+TEST(Expectations, AWrongPoseOfTheFirstSecondIsAPoseThatCounts) {
+  RunScore run = worked_out();
+  run.kinds[0].robots[2].add(
+      {.truth = {}, .estimate = Pose2{.x = 0.5}, .covariance = {}, .state = TrackState::tracking});
+  const auto judged = judge({at_most("confident_wrong", 0, "bare")}, run);
+  EXPECT_FALSE(judged[0].kept);
+  EXPECT_EQ(judged[0].value, 1.0);
 }
 
 TEST(Expectations, AnglesAreInDegreesAndCommonFiguresOfAll) {
