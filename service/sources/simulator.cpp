@@ -18,6 +18,9 @@ namespace skylight::service {
 struct ScenarioRun::Data {
   sim::Scenario scenario;
   std::vector<Expected> expected;
+  double until_s = 0.0;  ///< where it is cut off; 0: it is not
+
+  double duration_s() const { return until_s > 0.0 ? until_s : scenario.duration_s; }
 };
 
 namespace {
@@ -123,6 +126,13 @@ std::vector<SimulatedRobot> robots_of(const sim::Simulation& simulation) {
   return robots;
 }
 
+// As the simulation counts it: from the scenario's start to the end of the last row's exposure.
+double exposure_end_s(const sim::CameraSpec& camera, const Frame& frame) {
+  const double readout = camera.shutter == sim::Shutter::rolling ? camera.readout_s : 0.0;
+  return camera.first_frame_s + static_cast<double>(frame.sequence) / camera.frame_rate_hz +
+         camera.exposure_s + readout;
+}
+
 // The camera as it hangs now.
 sim::CameraModel lens_of(const sim::Simulation& simulation, std::size_t camera) {
   sim::CameraParameters parameters = sim::camera_model(simulation.scenario().cameras.at(camera)).parameters();
@@ -163,15 +173,16 @@ std::uint64_t ScenarioRun::seed() const {
   return data_->scenario.seed;
 }
 double ScenarioRun::duration_s() const {
-  return data_->scenario.duration_s;
+  return data_->duration_s();
 }
 const std::vector<Expected>& ScenarioRun::expected() const {
   return data_->expected;
 }
 void ScenarioRun::cut(double duration_s) {
-  if (data_->scenario.duration_s > 0.0 && data_->scenario.duration_s <= duration_s) return;
+  if (data_->duration_s() > 0.0 && data_->duration_s() <= duration_s) return;
   Data shorter = *data_;
-  shorter.scenario.duration_s = duration_s;
+  shorter.until_s =
+      duration_s;  // the scenario stays as it is: its later events would be none of a shorter one
   data_ = std::make_shared<const Data>(std::move(shorter));
 }
 
@@ -242,17 +253,17 @@ std::string scenario_schema() {
 }
 
 struct SimulatorFrames::Impl {
-  explicit Impl(const sim::Scenario& scenario) : simulation(scenario) {}
+  explicit Impl(const ScenarioRun::Data& run) : simulation(run.scenario), duration_s(run.duration_s()) {}
 
   sim::Simulation simulation;
+  double duration_s = 0.0;
   std::vector<SimulatedCamera> cameras;
   std::vector<SimulatedRobot> robots;
   std::vector<Truth> truth;
   Time delivered = Time::min();
 };
 
-SimulatorFrames::SimulatorFrames(const ScenarioRun& run)
-    : impl_(std::make_unique<Impl>(run.data().scenario)) {
+SimulatorFrames::SimulatorFrames(const ScenarioRun& run) : impl_(std::make_unique<Impl>(run.data())) {
   for (const sim::CameraSpec& camera : impl_->simulation.scenario().cameras) {
     impl_->cameras.push_back({camera.id, CameraModel(intrinsics_of(camera), sim::map_from_camera(camera)),
                               camera.frame_rate_hz, camera.exposure_s});
@@ -269,7 +280,7 @@ std::uint64_t SimulatorFrames::seed() const {
   return impl_->simulation.scenario().seed;
 }
 double SimulatorFrames::duration_s() const {
-  return impl_->simulation.scenario().duration_s;
+  return impl_->duration_s;
 }
 const std::vector<SimulatedCamera>& SimulatorFrames::cameras() const {
   return impl_->cameras;
@@ -296,6 +307,8 @@ Time SimulatorFrames::now() const {
 std::optional<Frame> SimulatorFrames::next() {
   auto shot = impl_->simulation.next();
   if (!shot) return std::nullopt;
+  const double end_s = exposure_end_s(impl_->simulation.scenario().cameras[shot->frame.camera], shot->frame);
+  if (impl_->duration_s > 0.0 && end_s > impl_->duration_s + 1e-9) return std::nullopt;
   impl_->truth.clear();
   const sim::CameraModel lens = lens_of(impl_->simulation, shot->frame.camera);
   for (std::size_t i = 0; i < shot->truth.size(); ++i) {

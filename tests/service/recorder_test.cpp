@@ -142,6 +142,25 @@ TEST(Recorder, ABumpedCameraMovesTheBoxesAndIsNotedWhileTheTrackerIsToldNothing)
   EXPECT_TRUE(camera_model(told.cameras.at(0)).map_from_camera().isApprox(hung, 1e-12));
 }
 
+TEST(Recorder, ARunIsCutOffWhereAnEventIsStillToCome) {
+  const RoomFolder folder;
+  const std::string late = R"("duration_s": 5, "events": [{"at_s": 3, "do": "light", "level": 0.5}])";
+  ScenarioRun run = scenario_run(folder.write("late.json", small_scenario(late)), std::nullopt);
+  run.cut(0.5);
+  EXPECT_EQ(run.duration_s(), 0.5);
+  SimulatorFrames cut(run);
+  SimulatorFrames whole(
+      scenario_run(folder.write("short.json", small_scenario("\"duration_s\": 0.5")), std::nullopt));
+  EXPECT_EQ(cut.duration_s(), 0.5);
+  while (const auto frame = whole.next()) {
+    const auto same = cut.next();
+    ASSERT_TRUE(same);
+    EXPECT_EQ(same->captured, frame->captured);
+    EXPECT_EQ(cv::norm(same->image, frame->image, cv::NORM_INF), 0.0);
+  }
+  EXPECT_FALSE(cut.next()) << "as many frames as a scenario of that length";
+}
+
 TEST(Recorder, ACameraThatHangsAsItDidIsNotNoted) {
   const RoomFolder folder;
   record(folder.write("room.json", small_scenario("\"duration_s\": 0.1")), folder.path / "out",
