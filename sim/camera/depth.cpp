@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include <opencv2/core/utility.hpp>
+
 namespace skylight::sim {
 namespace {
 
@@ -169,21 +171,21 @@ void measure_depth(const cv::Mat& metres, const CameraSpec& camera, const NoiseS
   depth.create(metres.size(), CV_16UC1);
   const RowFunctions& functions = fast_rows();
   const NoiseKeys keys = noise_keys(stream);
-  NoiseRow noise(metres.cols);
-  DepthRow row = depth_row(camera.depth, stream);
-  row.noise = noise.values.data();
-  row.count = metres.cols;
   const Holes holes(camera);
-  for (int y = 0; y < metres.rows; ++y) {
-    if (camera.depth.noise) {
-      functions.random(
-          noise, static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(noise.words.size() / 2), keys);
+  cv::parallel_for_(cv::Range(0, metres.rows), [&](const cv::Range& rows) {
+    NoiseRow noise(metres.cols);
+    DepthRow row = depth_row(camera.depth, stream);
+    row.noise = noise.values.data();
+    row.count = metres.cols;
+    const auto blocks = static_cast<std::uint32_t>(noise.words.size() / 2);
+    for (int y = rows.start; y < rows.end; ++y) {
+      if (camera.depth.noise) functions.random(noise, static_cast<std::uint32_t>(y) * blocks, keys);
+      row.metres = metres.ptr<float>(y);
+      row.out = depth.ptr<std::uint16_t>(y);
+      functions.depth(row);
+      if (holes.shift > 0.0F) drop_shadows(row.metres, row.count, holes.shift, row.out);
     }
-    row.metres = metres.ptr<float>(y);
-    row.out = depth.ptr<std::uint16_t>(y);
-    functions.depth(row);
-    if (holes.shift > 0.0F) drop_shadows(row.metres, row.count, holes.shift, row.out);
-  }
+  });
   for (int y = 0; holes.reach > 0 && y < metres.rows; ++y) drop_mixed(metres, y, holes.reach, depth);
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include <benchmark/benchmark.h>
+#include <opencv2/core/utility.hpp>
 
 #include "sim/scenario/scenario_file.hpp"
 #include "sim/simulation.hpp"
@@ -43,7 +44,7 @@ sim::Scenario full_room(int robots) {
     sim::RobotSpec robot;
     robot.id = "waffle" + std::to_string(i);
     robot.start = {-3.4 + 6.8 * (i % columns) / std::max(1, columns - 1),
-                   -2.1 + 4.2 * (i / columns) / std::max(1, rows - 1), i % 2 == 0 ? 90.0 : 17.0 * i};
+                   -2.1 + 4.2 * (i / columns) / std::max(1, rows - 1), i % 2 == 0 ? 90.0 : 17.0 * (i % 20)};
     if (i % 2 == 0)
       robot.program = {{sim::CircleStep{.radius_m = 0.05, .rounds = 1000.0, .speed_mps = 0.05}}};
     scenario.robots.push_back(robot);
@@ -51,11 +52,17 @@ sim::Scenario full_room(int robots) {
   return scenario;
 }
 
+/// A hundred robots are drawn by two threads.
 void all_effects(benchmark::State& state) {
+  const int threads = state.range(0) < 100 ? 1 : 2;
+  cv::setNumThreads(threads);
   run(state, full_room(static_cast<int>(state.range(0))));
-  state.SetLabel("1920 x 1080, image and depth, all effects");
+  cv::setNumThreads(1);
+  state.SetLabel("1920 x 1080, image and depth, all effects, " +
+                 std::string(threads == 1 ? "one thread" : "two threads"));
 }
-BENCHMARK(all_effects)->ArgName("robots")->Arg(1)->Arg(10)->Arg(100)->Unit(benchmark::kMicrosecond);
+BENCHMARK(all_effects)->ArgName("robots")->Arg(1)->Arg(10)->Unit(benchmark::kMicrosecond);
+BENCHMARK(all_effects)->ArgName("robots")->Arg(100)->UseRealTime()->Unit(benchmark::kMicrosecond);
 
 /// Ten robots without one of the effects: the difference to all_effects/robots:10 is its share.
 template <typename SwitchOff>
@@ -80,6 +87,12 @@ BENCHMARK_CAPTURE(without, rolling_shutter, [](Scenario&, CameraSpec& c) {
 })->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(without, lamps, [](Scenario& s, CameraSpec&) {
   s.light.lamps.clear();
+})->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(without, gloss, [](Scenario& s, CameraSpec&) {
+  s.room.floor.gloss = 0.0;
+})->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(without, motion_blur, [](Scenario&, CameraSpec& c) {
+  c.exposure_s = 0.0001;
 })->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(without, contact_shadow, [](Scenario& s, CameraSpec&) {
   s.light.contact_shadow = 0.0;

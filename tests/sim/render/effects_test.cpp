@@ -313,6 +313,53 @@ TEST(Renderer, GivesTheSameBytesOnAnyNumberOfThreadsAndAfterTheCameraCameBack) {
   EXPECT_EQ(cv::norm(one.mean(), two.mean(), cv::NORM_INF), 0.0);
 }
 
+/// A parked robot, one that drives past it and back, a third beside its way, a fourth out of reach that comes
+/// and goes; each frame is 0.1 s.
+std::optional<Pose2> traffic(std::size_t actor, double time_s) {
+  const double way = std::abs(std::fmod(time_s, 2.0) - 1.0);  // 1 to 0 and back
+  switch (actor) {
+    case 0:
+      return Pose2{-0.5, 0.1, 0.3};
+    case 1:
+      return Pose2{-1.5 + 2.0 * way, 0.5 - 0.8 * way, way};
+    case 2:
+      return Pose2{-0.9, 0.1, 1.3};
+    default:
+      if (std::fmod(time_s, 0.8) > 0.4) return std::nullopt;
+      return Pose2{1.4, -0.8, 0.2};
+  }
+}
+
+TEST(Renderer, FramesDoNotDependOnWhatWasDrawnBefore) {
+  Scenario scenario = lamp_room();
+  scenario.light.contact_shadow = 0.4;
+  scenario.cameras[0].shutter = Shutter::rolling;
+  const auto picture = [](int number) {
+    return std::make_shared<const Look>(body_of(
+        {&robot_model(RobotModelName::waffle_pi), Texture(draw_robot_picture(number, 266), false), 0.001}));
+  };
+  std::vector<SceneActor> actors{{picture(1)}, {picture(2)}, {picture(3)}, {picture(4)}};
+  Renderer one(scenario, scenario.cameras[0], plain_floor(100));
+  for (int frame = 0; frame < 24; ++frame) {
+    const PoseAt pose = [frame](std::size_t i, double since) { return traffic(i, 0.1 * frame + since); };
+    if (frame == 0) one.set_actors(actors, pose);
+    if (frame == 7) {
+      actors[0].look = picture(5);
+      one.set_look(0, actors[0].look);
+    }
+    std::vector<PassingShadow> passing;
+    if (frame == 11) passing.push_back({.centre_m = -0.5});
+    one.set_passing_shadow(passing);
+    one.draw(pose);
+    Renderer fresh(scenario, scenario.cameras[0], plain_floor(100));
+    fresh.set_actors(actors, pose);
+    fresh.set_passing_shadow(passing);
+    fresh.draw(pose);
+    ASSERT_EQ(cv::norm(one.mean(), fresh.mean(), cv::NORM_INF), 0.0) << "frame " << frame;
+    ASSERT_EQ(cv::norm(one.metres(), fresh.metres(), cv::NORM_INF), 0.0) << "frame " << frame;
+  }
+}
+
 TEST(Look, RefusesABodyWithoutSolidsAndAPictureWithoutAPlate) {
   EXPECT_THROW(Look(Body{}), std::invalid_argument);
   EXPECT_THROW(Look(Body{{box({0, 0, 0}, {1, 1, 1}, 9)}, Decal{}, 0.0}), std::invalid_argument);
