@@ -334,13 +334,16 @@ TEST(Renderer, FramesDoNotDependOnWhatWasDrawnBefore) {
   Scenario scenario = lamp_room();
   scenario.light.contact_shadow = 0.4;
   scenario.cameras[0].shutter = Shutter::rolling;
+  scenario.cameras[0].width_px = 320;
+  scenario.cameras[0].height_px = 240;
+  scenario.cameras[0].fx_px = scenario.cameras[0].fy_px = 250.0;
   const auto picture = [](int number) {
     return std::make_shared<const Look>(body_of(
         {&robot_model(RobotModelName::waffle_pi), Texture(draw_robot_picture(number, 266), false), 0.001}));
   };
   std::vector<SceneActor> actors{{picture(1)}, {picture(2)}, {picture(3)}, {picture(4)}};
   Renderer one(scenario, scenario.cameras[0], plain_floor(100));
-  for (int frame = 0; frame < 24; ++frame) {
+  for (int frame = 0; frame < 16; ++frame) {
     const PoseAt pose = [frame](std::size_t i, double since) { return traffic(i, 0.1 * frame + since); };
     if (frame == 0) one.set_actors(actors, pose);
     if (frame == 7) {
