@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Of this build: g++ 12 with optimisation on x86-64, as the release preset makes it.
-constexpr std::uint64_t kHash = 0x1eee1fa36361efa6ULL;
+[[maybe_unused]] constexpr std::uint64_t kHash = 0x1eee1fa36361efa6ULL;
 
 fs::path reference() {
   return fs::path(SKYLIGHT_SOURCE_DIR) / "tests" / "sim" / "reference";
