@@ -97,12 +97,16 @@ cv::Mat draw_robot_picture(std::uint64_t seed, int size_px) {
   for (int round = 0; round < 2; ++round) {
     for (int j = 0; j < kGrid; ++j) {
       for (int i = 0; i < kGrid; ++i) {
-        const cv::Point2d centre((i + 0.5 + random.uniform(-0.35, 0.35)) * cell,
-                                 (j + 0.5 + random.uniform(-0.35, 0.35)) * cell);
-        const double shift = random.uniform(0, 3) * 120.0 + random.uniform(-25.0, 25.0);
+        // One number a statement: compilers differ in which argument of a call they work out first.
+        const double down = random.uniform(-0.35, 0.35);
+        const double right = random.uniform(-0.35, 0.35);
+        const cv::Point2d centre((i + 0.5 + right) * cell, (j + 0.5 + down) * cell);
+        const double third = random.uniform(0, 3) * 120.0;
+        const double shift = third + random.uniform(-25.0, 25.0);
         const bool dark = random.uniform(0.0, 1.0) < (round == 0 ? 0.7 : 0.3);
-        const cv::Scalar color = dark ? hsv(hue + shift, 0.75, random.uniform(0.16, 0.35))
-                                      : hsv(hue + shift, random.uniform(0.5, 0.9), random.uniform(0.6, 0.92));
+        const double value = dark ? random.uniform(0.16, 0.35) : random.uniform(0.6, 0.92);
+        const double saturation = dark ? 0.75 : random.uniform(0.5, 0.9);
+        const cv::Scalar color = hsv(hue + shift, saturation, value);
         const double radius = cell * (round == 0 ? random.uniform(0.40, 0.60) : random.uniform(0.16, 0.26));
         cv::fillConvexPoly(image, random_polygon(random, centre, radius), color, cv::LINE_8, 4);
       }
