@@ -1,6 +1,7 @@
 // The simulator as its users see it: frames, truth, artwork, repeatability.
 #include "sim/simulation.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -233,6 +234,51 @@ TEST(Simulation, AMovedSimulationGoesOn) {
   first.next();
   Simulation second = std::move(first);
   EXPECT_EQ(second.next()->frame.sequence, 1U);
+}
+
+EventSpec at(double time_s, Action action) {
+  EventSpec event;
+  event.at_s = time_s;
+  event.action = std::move(action);
+  return event;
+}
+
+TEST(Simulation, ACameraThatFreezesRepeatsItsPictureAndOneThatIsBlackLeavesAGap) {
+  Scenario scenario = small_scenario();
+  scenario.duration_s = 1.0;
+  const std::string camera = scenario.cameras[0].id;
+  scenario.events = {at(0.3, FreezeAction{.camera = camera, .for_s = 0.2}),
+                     at(0.6, BlackoutAction{.camera = camera, .for_s = 0.2})};
+  Simulation simulation(scenario);
+  cv::Mat last;
+  std::uint64_t expected = 0;
+  bool gap = false;
+  while (const auto shot = simulation.next()) {
+    const double time = to_seconds(shot->truth[0].at.time_since_epoch()) - scenario.start_unix_s;
+    EXPECT_FALSE(time >= 0.601 && time < 0.799) << time;
+    gap = gap || shot->frame.sequence != expected;
+    expected = shot->frame.sequence + 1;
+    const bool same = !last.empty() && cv::norm(last, shot->frame.image, cv::NORM_INF) == 0.0;
+    EXPECT_EQ(same, time >= 0.301 && time < 0.499) << time;
+    last = shot->frame.image.clone();
+  }
+  EXPECT_TRUE(gap);
+}
+
+TEST(Simulation, TheLightGoesEvenlyToItsNewLevel) {
+  Scenario scenario = small_scenario();
+  scenario.duration_s = 1.0;
+  scenario.light.flicker.depth = 0.0;
+  scenario.events = {at(0.2, LightAction{.level = 0.5, .over_s = 0.4})};
+  Simulation simulation(scenario);
+  std::optional<double> full;
+  while (const auto shot = simulation.next()) {
+    const double time = to_seconds(shot->truth[0].at.time_since_epoch()) - scenario.start_unix_s;
+    const double grey = cv::mean(shot->frame.image)[1];
+    if (!full) full = grey;
+    const double level = 1.0 - 0.5 * std::clamp((time - 0.2) / 0.4, 0.0, 1.0);
+    EXPECT_NEAR(grey / *full, level, 0.03) << time;
+  }
 }
 
 }  // namespace
