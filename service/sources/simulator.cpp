@@ -7,6 +7,7 @@
 
 #include "service/resources.hpp"
 #include "settings/fields.hpp"
+#include "settings/text.hpp"
 #include "sim/camera/camera_model.hpp"
 #include "sim/scenario/fields.hpp"
 #include "sim/scenario/robot_model.hpp"
@@ -178,6 +179,10 @@ double ScenarioRun::duration_s() const {
 const std::vector<Expected>& ScenarioRun::expected() const {
   return data_->expected;
 }
+std::string ScenarioRun::text() const {
+  return sim::write_scenario(data_->scenario) + "\nends at " + settings::number_text(data_->duration_s()) +
+         " s\n";
+}
 void ScenarioRun::cut(double duration_s) {
   if (data_->duration_s() > 0.0 && data_->duration_s() <= duration_s) return;
   Data shorter = *data_;
@@ -200,8 +205,9 @@ fs::path find_scenario(const std::string& name_or_path) {
   return found;
 }
 
-ScenarioRun scenario_run(const std::string& name_or_path, std::optional<std::uint64_t> seed) {
-  sim::Scenario scenario = sim::load_scenario(find_scenario(name_or_path));
+ScenarioRun scenario_run(const std::string& name_or_path, std::optional<std::uint64_t> seed,
+                         const std::vector<std::string>& changes) {
+  sim::Scenario scenario = sim::load_scenario(find_scenario(name_or_path), changes);
   if (seed) scenario.seed = *seed;
   return run_of(std::move(scenario));
 }

@@ -97,6 +97,8 @@ class ScenarioRun {
   std::uint64_t seed() const;
   double duration_s() const;  ///< 0: endless
   const std::vector<Expected>& expected() const;
+  /// Everything that decides what is drawn, defaults included: the scenario as JSON, and where it is cut off.
+  std::string text() const;
   /// Ends it after so many seconds, > 0, if it would go on longer.
   void cut(double duration_s);
 
@@ -112,8 +114,10 @@ class ScenarioRun {
 /// come with Skylight. Throws SourceError where there is none.
 std::filesystem::path find_scenario(const std::string& name_or_path);
 
-/// The scenario as it stands in its file, without its sweep. Throws SourceError or settings::Error.
-ScenarioRun scenario_run(const std::string& name_or_path, std::optional<std::uint64_t> seed);
+/// The scenario as it stands in its file, without its sweep; `changes` are put over it, each
+/// `key.path=value` ("cameras[0].frame_rate_hz=10"). Throws SourceError or settings::Error.
+ScenarioRun scenario_run(const std::string& name_or_path, std::optional<std::uint64_t> seed,
+                         const std::vector<std::string>& changes = {});
 
 /// Every run that the file asks for: one list for each combination of its sweep's values, in it one run for
 /// each seed. `seed` and `repeats` instead of the file's where they are given. Throws as above.

@@ -150,8 +150,11 @@ std::vector<Variant> variants_of(const settings::Document& document, const std::
 
 }  // namespace
 
-Scenario load_scenario(const std::filesystem::path& file) {
-  const settings::Document document = settings::load(file);
+Scenario load_scenario(const std::filesystem::path& file, const std::vector<std::string>& changes) {
+  settings::Document document = settings::load(file);
+  for (const std::string& change : changes) {
+    settings::set(document, change, "changed " + change.substr(0, change.find('=')));
+  }
   variants_of(document, file.stem().string());  // what is wrong in any of them is wrong in the file
   Scenario scenario = read_scenario(document, file.stem().string());
   scenario.folder = file.parent_path();

@@ -4,14 +4,16 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "sim/scenario/scenario.hpp"
 
 namespace skylight::sim {
 
-/// Reads a scenario file. Picture files in it are relative to its folder. Throws settings::Error, whose
-/// what() names the file, the line, the key path and what is allowed.
-Scenario load_scenario(const std::filesystem::path& file);
+/// Reads a scenario file. Picture files in it are relative to its folder. `changes` are put over what it
+/// says, in their order, each `key.path=value`: "cameras[0].frame_rate_hz=10". Throws settings::Error, whose
+/// what() names the file, the line (or the change), the key path and what is allowed.
+Scenario load_scenario(const std::filesystem::path& file, const std::vector<std::string>& changes = {});
 
 /// The same from a text; `name` is how errors call it, and the scenario's name where the text gives none.
 /// Picture files are relative to the working directory.
