@@ -82,7 +82,9 @@ struct Frame {
 struct Observation {
   Time captured{};
   Pose2 pose{};
-  Covariance3 covariance = Covariance3::Identity();
+  Covariance3 covariance = Covariance3::Identity();  ///< of what differs from frame to frame
+  /// Of what is the same in every frame near this place: the camera's calibration. Never averaged away.
+  Covariance3 correlated = Covariance3::Zero();
   PoseSource source = PoseSource::orb;
   std::size_t camera = 0;
   /// 0 to 1, how well the picture agrees with what was seen; its meaning stands with each detector.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 namespace skylight::motion {
 namespace {
@@ -50,19 +51,25 @@ void move_origin(Future& future, const Vector6& to) {
   future.origin = to;
 }
 
-/// Through one model: `part` about the predicted mean, the result about the mean it was predicted from.
-Information through(const ModelStep& model, const Vector6& from, const Information& part) {
-  const Matrix6 f = model.jacobian(from);
-  const Matrix6 l = lower(model.noise(from));
+/// `part` as told before noise of covariance l l^T came in.
+Information before_noise(const Matrix6& l, const Information& part) {
   const Eigen::LLT<Matrix6> llt(Matrix6::Identity() + l.transpose() * part.precision * l);
   const Matrix6 white = llt.matrixL().solve(l.transpose() * part.precision);
   const Vector6 white_info = llt.matrixL().solve(l.transpose() * part.info);
   Information out;
-  const Matrix6 kept = part.precision - white.transpose() * white;
-  out.precision = f.transpose() * kept * f;
-  out.precision = 0.5 * (out.precision + out.precision.transpose()).eval();
-  out.info = f.transpose() * (part.info - white.transpose() * white_info);
+  out.precision = part.precision - white.transpose() * white;
+  out.info = part.info - white.transpose() * white_info;
   out.log = part.log + 0.5 * white_info.squaredNorm() - llt.matrixLLT().diagonal().array().log().sum();
+  return out;
+}
+
+/// Through one model: `part` about the predicted mean, the result about the mean it was predicted from.
+Information through(const ModelStep& model, const Vector6& from, const Information& part) {
+  const Matrix6 f = model.jacobian(from);
+  Information out = before_noise(lower(model.noise(from)), part);
+  out.precision = (f.transpose() * out.precision * f).eval();
+  out.precision = 0.5 * (out.precision + out.precision.transpose()).eval();
+  out.info = (f.transpose() * out.info).eval();
   return out;
 }
 
@@ -151,6 +158,15 @@ void turn_back(Future& future, double angle) {
   }
   future.origin = t.transpose() * future.origin;
   future.origin[kYaw] -= angle;
+}
+
+void widen_back(Future& future, const Eigen::Matrix3d& by) {
+  // By eigenvectors: it may be certain in some direction, which a Cholesky factor does not take.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(by);
+  Matrix6 root = Matrix6::Zero();
+  root.topLeftCorner<3, 3>() =
+      solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  for (Information& part : future.part) part = before_noise(root, part);
 }
 
 Gaussian6 combine(const Mixture& filtered, const Future& future) {

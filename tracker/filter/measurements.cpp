@@ -34,7 +34,8 @@ bool positive(const Covariance3& m) {
 
 bool usable(const Observation& o) {
   return std::isfinite(o.pose.x) && std::isfinite(o.pose.y) && std::isfinite(o.pose.yaw) &&
-         std::abs(o.pose.x) < 1e6 && std::abs(o.pose.y) < 1e6 && positive(o.covariance);
+         std::abs(o.pose.x) < 1e6 && std::abs(o.pose.y) < 1e6 && positive(o.covariance) &&
+         o.correlated.allFinite() && o.correlated.diagonal().minCoeff() >= 0.0;
 }
 
 bool usable(const BodyVelocity& v) {

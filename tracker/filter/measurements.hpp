@@ -21,7 +21,8 @@ namespace motion {
 /// Readings of odometry closer together than this share their errors, s.
 inline constexpr double kOdometryMemory = 0.25;
 
-/// Finite, within 1000 km, and with a positive definite covariance.
+/// Finite, within 1000 km, with a positive definite covariance and no negative variance of what is
+/// correlated.
 bool usable(const Observation& observation);
 bool usable(const BodyVelocity& velocity);
 
@@ -39,6 +40,8 @@ struct NoiseScale {
 class NoiseJudge {
  public:
   void see(const Observation& observation);
+  /// What comes next does not lie on a line with what came before: another camera's.
+  void begin_anew() { seen_ = 0; }
   /// `most`: largest factor of a standard deviation.
   NoiseScale scale(double most) const;
 

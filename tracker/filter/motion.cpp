@@ -20,6 +20,8 @@ constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kLongUnobserved = 0.31;  // s; a detector at 10 Hz misses now and then
 constexpr double kUsualSpeed = 0.3;       // m/s, one sigma, of what is seen first
 constexpr double kUsualYawRate = 0.6;     // rad/s
+constexpr double kHandOver = 0.25;        // s without the track's own camera until another takes over
+constexpr double kClearlyBetter = 0.5;    // of the place's variance by calibration: takes over at once
 
 double largest_sigma(const Gaussian6& g) {
   const double a = g.cov(0, 0);
@@ -119,7 +121,8 @@ MotionFilter::Track MotionFilter::run(const Event& event, std::size_t before) co
   if (before > 0) {
     const Record& last = *records_[before - 1];
     track = last.after;
-    track.accepted = track.restarted = track.took_gap = false;
+    track.accepted = track.restarted = track.took_gap = track.handed_over = false;
+    track.between.setZero();
     track.turned = 0.0;
     carry(track, last.event.at, event.at);
   }
@@ -150,13 +153,27 @@ void MotionFilter::carry(Track& track, Time from, Time to) const {
 // ---- Observations --------------------------------------------------------------------------------------
 
 void MotionFilter::see(Track& track, const Observation& observation) const {
-  track.noise.see(observation);
+  const bool known = track.phase == Phase::calibrating || track.phase == Phase::running;
+  if (known) compare_cameras(track, observation);
+  // What is between two cameras is no noise of the detector's.
+  if (track.handed_over) track.noise.begin_anew();
+  if (track.handed_over || track.between.isZero(0.0)) track.noise.see(observation);
   track.scale = track.noise.scale(config_.max_noise_scale);
-  if (track.phase == Phase::searching || track.phase == Phase::lost) {
+  if (!known) {
     begin(track, observation);
   } else {
     see_tracked(track, observation);
   }
+}
+
+/// Sets what is between this observation's camera and the track's, and whether the track goes over.
+void MotionFilter::compare_cameras(Track& track, const Observation& observation) const {
+  if (observation.camera == track.camera) return;
+  track.between = track.correlated + observation.correlated;
+  if (track.between.isZero(0.0)) return;
+  const auto place = [](const Covariance3& c) { return c(0, 0) + c(1, 1); };
+  track.handed_over = to_seconds(observation.captured - track.camera_seen) > kHandOver ||
+                      place(observation.correlated) < kClearlyBetter * place(track.correlated);
 }
 
 void MotionFilter::begin(Track& track, const Observation& observation) const {
@@ -185,6 +202,11 @@ void MotionFilter::begin(Track& track, const Observation& observation) const {
   track.turns = std::max(1, observation.heading_turns);
   track.accepted = track.restarted = true;
   track.candidate = {};
+  track.camera = observation.camera;
+  track.camera_seen = observation.captured;
+  track.correlated = observation.correlated;
+  track.between.setZero();
+  track.handed_over = false;
 }
 
 void MotionFilter::see_tracked(Track& track, const Observation& observation) const {
@@ -205,6 +227,7 @@ void MotionFilter::see_tracked(Track& track, const Observation& observation) con
       }
     }
   }
+  seen.noise += track.between;  // be it the observation's or the state's: the gate is the same
   const Mixture* best = &track.main;
   motion::Innovation innovation = motion::innovation(track.main, seen);
   if (track.gap) {
@@ -215,12 +238,17 @@ void MotionFilter::see_tracked(Track& track, const Observation& observation) con
     }
   }
   Mixture corrected = *best;
+  if (track.handed_over) {
+    motion::widen(corrected, track.between);
+    seen.noise -= track.between;
+  }
   if (!(innovation.distance2 <= config_.gate) || !motion::correct(corrected, seen)) {
     if (track.turned != 0.0) {
       motion::turn(track.main, -track.turned);
       track.gap.reset();
       track.turned = 0.0;
     }
+    track.handed_over = false;
     refuse(track, observation);
     return;
   }
@@ -232,6 +260,11 @@ void MotionFilter::see_tracked(Track& track, const Observation& observation) con
   track.accepted = true;
   track.last_accepted = observation.captured;
   track.candidate = {};
+  if (track.handed_over || track.between.isZero(0.0)) {
+    track.camera = observation.camera;
+    track.camera_seen = observation.captured;
+    track.correlated = observation.correlated;
+  }
   ++track.accepted_count;
   if (track.accepted_count >= config_.calibration_observations) track.phase = Phase::running;
 }
@@ -241,7 +274,9 @@ void MotionFilter::refuse(Track& track, const Observation& observation) const {
   bool agrees = candidate.count > 0;
   if (agrees) {
     const double dt = std::abs(to_seconds(observation.captured - candidate.last.captured));
-    const Covariance3 noise = observation.covariance + candidate.last.covariance;
+    Covariance3 noise = observation.covariance + candidate.last.covariance;
+    if (observation.camera != candidate.last.camera)
+      noise += observation.correlated + candidate.last.correlated;
     const double reach = config_.max_speed_mps * dt + 4.0 * std::sqrt(noise(0, 0) + noise(1, 1));
     agrees = (observation.pose.position() - candidate.last.pose.position()).norm() <= reach;
   }
@@ -301,7 +336,8 @@ std::shared_ptr<const Mixture> MotionFilter::judged_again(Time last_accepted, Ti
       motion::correct(mixture, motion::velocity_measurement(*record.event.velocity, motion::kOdometryMemory));
       continue;
     }
-    LinearMeasurement measured = motion::pose_measurement(*record.event.observation, record.after.scale);
+    if (record.after.handed_over) motion::widen(mixture, record.after.between);
+    LinearMeasurement measured = pose_as_used(record);
     const double ramp = to_seconds(record.event.at - entry) / config_.entry_s;
     const double bias = ramp * config_.entry_bias_m;
     // Errors that stay together do not average: each weighs as one of `seen`.

@@ -39,7 +39,15 @@ inline constexpr double kGapAfter = 0.09;  // s
 
 /// States: `searching` (never seen), `calibrating` (the first observations), `tracking` (this frame's
 /// observation was accepted), `predicting` (none, or refused), `lost` (until seen again). Estimates exist
-/// while tracking and predicting. Input that is not finite, or a covariance that is not positive definite,
+/// while tracking and predicting.
+///
+/// Calibration (Observation::correlated) is the same in every frame: it is added to all that is published and
+/// never filtered away. Of several cameras the track carries the error of one. Another's observations, which
+/// may disagree by both errors, count as by so much noisier; where the first has told nothing for a while, or
+/// the other knows the place clearly better, the track goes over to the other: its place may step by what is
+/// between the two, its velocity does not.
+///
+/// Input that is not finite, or a covariance that is not positive definite,
 /// counts as no observation.
 class MotionFilter final : public Filter {
  public:
@@ -98,6 +106,14 @@ class MotionFilter final : public Filter {
     Candidate candidate;
     motion::NoiseJudge noise;
     motion::NoiseScale scale;  ///< by which the detector's claims are multiplied here
+
+    // The track's places carry the calibration error of one camera.
+    std::size_t camera = 0;
+    Time camera_seen{};                            ///< its last accepted observation
+    Covariance3 correlated = Covariance3::Zero();  ///< of that
+    /// Of this event: by what its camera and the track's may disagree; zero where they are the same.
+    Covariance3 between = Covariance3::Zero();
+    bool handed_over = false;  ///< the track went over to this event's camera
   };
 
   struct Record {
@@ -113,6 +129,7 @@ class MotionFilter final : public Filter {
   const motion::ModelBank& bank_for(Time last_accepted, Time to) const;
   void carry(Track& track, Time from, Time to) const;
   void see(Track& track, const Observation& observation) const;
+  void compare_cameras(Track& track, const Observation& observation) const;
   void see_tracked(Track& track, const Observation& observation) const;
   void refuse(Track& track, const Observation& observation) const;
   void miss(Track& track, Time at, std::size_t before) const;
@@ -127,9 +144,10 @@ class MotionFilter final : public Filter {
   std::optional<Stretch> stretch(Time at) const;
   template <typename Each>
   void look_back(const Stretch& events, Time at, const Each& each) const;
+  static motion::LinearMeasurement pose_as_used(const Record& record);
   motion::LinearMeasurement measurement(std::size_t i) const;
   FilterStep step(bool accepted) const;
-  Estimate publish(Time at, const motion::Gaussian6& state) const;
+  Estimate publish(Time at, const motion::Gaussian6& state, const Track& track) const;
 
   MotionFilterConfig config_;
   motion::ModelBank bank_;

@@ -39,7 +39,8 @@ FilterStep MotionFilter::step(bool accepted) const {
   return out;
 }
 
-Estimate MotionFilter::publish(Time at, const Gaussian6& state) const {
+/// `track`: as it was at the event nearest before.
+Estimate MotionFilter::publish(Time at, const Gaussian6& state, const Track& track) const {
   const double yaw = state.mean[motion::kYaw];
   const double u = state.mean[motion::kU];
   const double s = state.mean[motion::kS];
@@ -52,6 +53,7 @@ Estimate MotionFilter::publish(Time at, const Gaussian6& state) const {
   const double bias = config_.observation_bias_m;
   const double yaw_bias = config_.observation_bias_rad;
   out.covariance.diagonal() += Eigen::Vector3d(bias * bias, bias * bias, yaw_bias * yaw_bias);
+  out.covariance += track.correlated;
   return out;
 }
 
@@ -60,7 +62,8 @@ std::optional<Estimate> MotionFilter::predict(Time at) const {
   const Record& newest = *records_.back();
   if (newest.after.phase != Phase::running) return std::nullopt;
   const Mixture& from = newest.after.gap ? *newest.after.gap : newest.after.main;
-  return publish(at, motion::collapse(motion::predict(ahead_, from, to_seconds(at - newest.event.at))));
+  return publish(at, motion::collapse(motion::predict(ahead_, from, to_seconds(at - newest.event.at))),
+                 newest.after);
 }
 
 std::optional<std::array<double, kModels>> MotionFilter::model_probabilities() const {
@@ -90,8 +93,8 @@ std::optional<MotionFilter::Stretch> MotionFilter::stretch(Time at) const {
   return out;
 }
 
-/// From the stretch's last event back to `at`; each(time, filtered, future, turned) at every event and at
-/// `at`.
+/// From the stretch's last event back to `at`; each(time, filtered, future, turned, track) at every event and
+/// at `at`.
 template <typename Each>
 void MotionFilter::look_back(const Stretch& events, Time at, const Each& each) const {
   const auto branch = [](const Track& track, bool gap) -> const Mixture& {
@@ -101,10 +104,11 @@ void MotionFilter::look_back(const Stretch& events, Time at, const Each& each) c
   Mixture filtered = branch(records_[events.last]->after, gap);
   motion::Future future = motion::no_future(filtered);
   double turned = 0.0;
-  each(records_[events.last]->event.at, filtered, future, turned);
+  each(records_[events.last]->event.at, filtered, future, turned, records_[events.last]->after);
   for (std::size_t i = events.last; i > events.first; --i) {
     const Record& here = *records_[i];
     if (here.after.accepted) motion::add(future, measurement(i), motion::collapse(filtered).mean);
+    if (here.after.handed_over) motion::widen_back(future, here.after.between);
     if (here.after.turned != 0.0) motion::turn_back(future, here.after.turned);
     turned += here.after.turned;
     gap = here.after.took_gap || (gap && here.after.gap != nullptr);
@@ -118,7 +122,7 @@ void MotionFilter::look_back(const Stretch& events, Time at, const Each& each) c
     }
     const double dt = to_seconds(here.event.at - from);
     if (dt > 0.0) future = motion::back(bank, filtered, dt, future);
-    each(from, filtered, future, turned);
+    each(from, filtered, future, turned, before.after);
   }
 }
 
@@ -132,13 +136,14 @@ std::vector<Estimate> MotionFilter::smoothed_from(Time from) const {
   while (all.first > 0 && records_[all.first - 1]->event.at >= std::max(from, oldest) &&
          !records_[all.first]->after.restarted)
     --all.first;
-  look_back(all, records_[all.first]->event.at,
-            [&](Time at, const Mixture& filtered, const motion::Future& future, double turned) {
-              if (at < std::max(from, oldest) || (!out.empty() && out.back().at == at)) return;
-              Gaussian6 state = motion::combine(filtered, future);
-              state.mean[motion::kYaw] += turned;
-              out.push_back(publish(at, state));
-            });
+  look_back(
+      all, records_[all.first]->event.at,
+      [&](Time at, const Mixture& filtered, const motion::Future& future, double turned, const Track& track) {
+        if (at < std::max(from, oldest) || (!out.empty() && out.back().at == at)) return;
+        Gaussian6 state = motion::combine(filtered, future);
+        state.mean[motion::kYaw] += turned;
+        out.push_back(publish(at, state, track));
+      });
   std::reverse(out.begin(), out.end());
   return out;
 }
@@ -150,19 +155,28 @@ std::optional<Estimate> MotionFilter::smoothed(Time at) const {
   const auto events = stretch(at);
   if (!events) return std::nullopt;
   std::optional<Estimate> out;
-  look_back(*events, at, [&](Time t, const Mixture& filtered, const motion::Future& future, double turned) {
-    if (t != at) return;
-    Gaussian6 state = motion::combine(filtered, future);
-    state.mean[motion::kYaw] += turned;
-    out = publish(at, state);
-  });
+  look_back(
+      *events, at,
+      [&](Time t, const Mixture& filtered, const motion::Future& future, double turned, const Track& track) {
+        if (t != at) return;
+        Gaussian6 state = motion::combine(filtered, future);
+        state.mean[motion::kYaw] += turned;
+        out = publish(at, state, track);
+      });
+  return out;
+}
+
+/// An observation as it was used.
+LinearMeasurement MotionFilter::pose_as_used(const Record& record) {
+  LinearMeasurement out = motion::pose_measurement(*record.event.observation, record.after.scale);
+  if (!record.after.handed_over) out.noise += record.after.between;
   return out;
 }
 
 /// What event i told, as it was used.
 LinearMeasurement MotionFilter::measurement(std::size_t i) const {
   const Event& event = records_[i]->event;
-  if (!event.velocity) return motion::pose_measurement(*event.observation, records_[i]->after.scale);
+  if (!event.velocity) return pose_as_used(*records_[i]);
   const std::optional<Time> last = i > 0 ? records_[i - 1]->after.last_odometry : std::nullopt;
   return motion::velocity_measurement(*event.velocity,
                                       last ? to_seconds(event.at - *last) : motion::kOdometryMemory);

@@ -30,7 +30,8 @@ Eigen::Matrix2d without_negative_variance(const Eigen::Matrix2d& m) {
 
 bool usable(const Observation& observation) {
   return std::isfinite(observation.pose.x) && std::isfinite(observation.pose.y) &&
-         std::isfinite(observation.pose.yaw) && observation.covariance.allFinite();
+         std::isfinite(observation.pose.yaw) && observation.covariance.allFinite() &&
+         observation.correlated.allFinite();
 }
 
 }  // namespace
@@ -189,6 +190,7 @@ void WindowFilter::remember(const Observation& observation) {
   while (accepted_.front().frame + static_cast<std::uint64_t>(config_.window_size) <= frame_)
     accepted_.pop_front();
   yaw_ = observation.pose.yaw;
+  correlated_ = observation.correlated;
   last_accepted_ = frame_times_.back();
   if (phase_ != Phase::running) return;
   judge_noise();
@@ -271,7 +273,7 @@ std::optional<Estimate> WindowFilter::predict(Time at) const {
   out.at = at;
   out.pose = {position.x(), position.y(), wrap_angle(yaw_ + yaw_rate_ * to_seconds(at - last_accepted_))};
   out.velocity = {velocity.x(), velocity.y(), yaw_rate_};
-  out.covariance = covariance_at(at);
+  out.covariance = covariance_at(at) + correlated_;
   return out;
 }
 

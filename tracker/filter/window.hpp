@@ -73,7 +73,9 @@ std::vector<double> window_noise_gains(int window_size);
 ///    plus its bias: the second moment of (detection - p) over the window's accepted frames, less what noise
 ///    alone would make of it (lag and the swing on turns show here); of yaw, the observation's. With the time
 ///    since the last accepted position it grows by the offset's own variance and by a random walk of velocity
-///    that makes a robot's velocity another one after about a second.
+///    that makes a robot's velocity another one after about a second. What the last accepted observation says
+///    of its camera's calibration (`correlated`) is added to what is published and to nothing else: the
+///    window does not average it away.
 /// An observation that is not finite counts as none.
 class WindowFilter final : public Filter {
  public:
@@ -128,6 +130,7 @@ class WindowFilter final : public Filter {
   std::deque<Accepted> accepted_;  ///< of the last window_size frames
   std::size_t accepted_since_calibration_ = 0;
   Covariance3 covariance_ = Covariance3::Identity();  ///< at the last accepted frame
+  Covariance3 correlated_ = Covariance3::Zero();      ///< of the last accepted observation
   Eigen::Matrix2d offset_covariance_ = Eigen::Matrix2d::Zero();
   double yaw_ = 0.0;  ///< at the last accepted frame, unwrapped
   double yaw_rate_ = 0.0;
