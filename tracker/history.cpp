@@ -26,7 +26,7 @@ Estimate estimate_of(const HistoryEntry& entry, PoseKind kind) {
   if (kind == PoseKind::filtered) return *entry.filtered;
   return {.at = entry.captured,
           .pose = entry.measured->pose,
-          .covariance = entry.measured->covariance,
+          .covariance = entry.measured->covariance + entry.measured->correlated,
           .velocity = {}};
 }
 

@@ -79,6 +79,18 @@ void check_spec(const RobotSpec& spec) {
   }
 }
 
+void check_calibration(const std::vector<CameraUncertainty>& calibration, std::size_t cameras) {
+  if (!calibration.empty() && calibration.size() != cameras) {
+    throw std::invalid_argument("calibration has " + std::to_string(calibration.size()) +
+                                " entries, allowed none or one for each of the " + std::to_string(cameras) +
+                                " cameras");
+  }
+  for (std::size_t i = 0; i < calibration.size(); ++i) {
+    if (const std::string wrong = check(calibration[i]); !wrong.empty())
+      throw std::invalid_argument("calibration[" + std::to_string(i) + "]: " + wrong);
+  }
+}
+
 void check_config(const TrackerConfig& config) {
   if (config.search.tile_px < 64 || config.search.tile_px > 4096) {
     throw std::invalid_argument("search.tile_px is " + std::to_string(config.search.tile_px) +
@@ -114,6 +126,7 @@ struct Tracker::Impl {
   void search(const Frame& frame);
   void search_step(Track& track, const Frame& frame) const;
   void refuse_taken_places();
+  Covariance3 correlated(const Track& track, const Frame& frame) const;
   RobotReport update(Track& track, const Frame& frame) const;
   Track* find(std::string_view id) const;
 };
@@ -236,8 +249,17 @@ void Tracker::Impl::refuse_taken_places() {
   }
 }
 
+// What the camera's calibration leaves unknown of the track's observation.
+Covariance3 Tracker::Impl::correlated(const Track& track, const Frame& frame) const {
+  if (config.calibration.empty()) return Covariance3::Zero();
+  const auto floor = floor_covariance(cameras[frame.camera], config.calibration[frame.camera],
+                                      track.observed->pose.position(), track.surface_height_m());
+  return floor.value_or(Covariance3::Zero());  // none at the very edge of what the lens's model holds for
+}
+
 RobotReport Tracker::Impl::update(Track& track, const Frame& frame) const {
   if (track.observed) {
+    track.observed->correlated = correlated(track, frame);
     if (track.searched) track.sweep.restart();
     track.heading.apply(*track.observed, track.expected ? std::optional(track.expected->pose) : std::nullopt);
     track.prior.observe(*track.observed);
@@ -265,6 +287,7 @@ Tracker::Tracker(std::vector<CameraModel> cameras, const TrackerConfig& config, 
     : impl_(std::make_unique<Impl>()) {
   if (cameras.empty()) throw std::invalid_argument("a tracker needs at least one camera");
   check_config(config);
+  check_calibration(config.calibration, cameras.size());
   impl_->cameras = std::move(cameras);
   impl_->config = config;
   impl_->executor = std::move(executor);

@@ -13,6 +13,7 @@
 
 #include "tracker/appearance.hpp"
 #include "tracker/camera.hpp"
+#include "tracker/camera_uncertainty.hpp"
 #include "tracker/detect/homography.hpp"
 #include "tracker/detect/orb_detector.hpp"
 #include "tracker/filter/window.hpp"
@@ -45,6 +46,9 @@ struct TrackerConfig {
   MotionPriorConfig prior;
   SearchConfig search;
   HistoryLimits history;
+  /// How well each camera is known, in their order; empty: exactly. It goes into every observation
+  /// (`correlated`) and every published covariance.
+  std::vector<CameraUncertainty> calibration;
   int audit_interval = 60;  ///< frames between second opinions on a tracked robot, 0: never
 };
 
