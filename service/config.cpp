@@ -169,7 +169,7 @@ RobotSpec robot_spec(const RobotConfig& robot, std::shared_ptr<const Appearance>
                  .appearance = std::move(appearance),
                  .surface_height_m = robot.surface_height_m,
                  .detector = robot.method.detector,
-                 .filter = std::get<WindowFilterConfig>(robot.method.filter.kind),
+                 .filter = robot.method.filter.kind,
                  .homography = robot.method.homography,
                  .initial_pose = std::nullopt};
   if (robot.initial_pose) {

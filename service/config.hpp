@@ -30,6 +30,7 @@ class Fields;
 
 // How the tracker's own settings read, for the Fields of settings/fields.hpp.
 void describe(settings::Fields& fields, Intrinsics& intrinsics);
+void describe(settings::Fields& fields, MotionFilterConfig& filter);
 void describe(settings::Fields& fields, WindowFilterConfig& filter);
 void describe(settings::Fields& fields, HomographyConfig& homography);
 void describe(settings::Fields& fields, SearchConfig& search);
@@ -119,7 +120,7 @@ struct InitialPose {
 };
 
 struct FilterConfig {
-  std::variant<WindowFilterConfig> kind{};
+  FilterSpec kind{};
 };
 
 /// How a robot is detected and filtered.
@@ -152,7 +153,6 @@ struct HistoryConfig {
 
 struct PredictionConfig {
   double horizon_s = 2.0;
-  double smoothing_lag_s = 1.0;
 };
 
 enum class LogLevel : std::uint8_t { trace, debug, info, warn, error };

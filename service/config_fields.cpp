@@ -44,6 +44,62 @@ void describe(Fields& fields, Intrinsics& intrinsics) {
   fields.check(wrong.empty(), "", wrong);
 }
 
+void describe(Fields& fields, MotionFilterConfig& filter) {
+  fields.field("max_speed_mps", filter.max_speed_mps,
+               {.min = 0.01, .max = 50, .unit = "m/s", .help = "Faster is not believed."});
+  fields.field("max_accel_mps2", filter.max_accel_mps2,
+               {.min = 0.01, .max = 100, .unit = "m/s^2", .help = "What a manoeuvre is made of."});
+  fields.field("max_yaw_rate_radps", filter.max_yaw_rate_radps,
+               {.min = 0.01, .max = 100, .unit = "rad/s", .help = "Turning faster is not believed."});
+  fields.field("max_yaw_accel_radps2", filter.max_yaw_accel_radps2,
+               {.min = 0.01, .max = 1000, .unit = "rad/s^2", .help = "The same of a manoeuvre's turning."});
+  fields.field("holonomic", filter.holonomic, {.help = "The robot drives sideways as well as forward."});
+  fields.field(
+      "manoeuvre_every_s", filter.manoeuvre_every_s,
+      {.min = 0.1, .max = 1000, .unit = "s", .help = "Between changes of speed or turn, on average."});
+  fields.field("observation_bias_m", filter.observation_bias_m,
+               {.min = 0, .max = 1, .unit = "m", .help = "The detector's slow error per axis, one sigma."});
+  fields.field("observation_bias_rad", filter.observation_bias_rad,
+               {.min = 0, .max = 1, .unit = "rad", .help = "The same of yaw."});
+  fields.field("bias_time_s", filter.bias_time_s,
+               {.min = 0.01, .max = 1000, .unit = "s", .help = "Over which that becomes another one."});
+  fields.field(
+      "max_noise_scale", filter.max_noise_scale,
+      {.min = 1,
+       .max = 100,
+       .help = "How many times what the detector claims its noise may be found to be; 1: believed."});
+  fields.field("gate", filter.gate,
+               {.min = 1,
+                .max = 1000,
+                .help = "Largest squared Mahalanobis distance of a pose that is believed; 16.3 leaves out "
+                        "one of 1000."});
+  fields.field("entry_bias_m", filter.entry_bias_m,
+               {.min = 0,
+                .max = 1,
+                .unit = "m",
+                .help = "A robot that is being covered is seen with an error that grows up to this."});
+  fields.field("entry_s", filter.entry_s,
+               {.min = 0, .max = 2, .unit = "s", .help = "Over so long before it is seen no more."});
+  fields.field("calibration_observations", filter.calibration_observations,
+               {.min = 1, .max = 100, .help = "Observations in agreement until there is a pose."});
+  fields.field("reacquire_observations", filter.reacquire_observations,
+               {.min = 2, .max = 1000, .help = "Refused ones in agreement until they are believed."});
+  fields.field("max_gap_s", filter.max_gap_s,
+               {.min = 0.1, .max = 1000, .unit = "s", .help = "Not observed for so long it is lost."});
+  fields.field("max_sigma_m", filter.max_sigma_m,
+               {.min = 0.001,
+                .max = 100,
+                .unit = "m",
+                .help = "Lost where the position's standard deviation grows beyond."});
+  fields.field("smoothing_lag_s", filter.smoothing_lag_s,
+               {.min = 0,
+                .max = 10,
+                .unit = "s",
+                .help = "How much later data a smoothed pose waits for, and how late a frame may come."});
+  const std::string wrong = check(filter);
+  fields.check(wrong.empty(), "", wrong);
+}
+
 void describe(Fields& fields, WindowFilterConfig& filter) {
   fields.field("window_size", filter.window_size,
                {.min = 2, .max = 1000, .unit = "frames", .help = "Positions in the buffer."});
@@ -188,8 +244,6 @@ void check_references(Fields& fields, const Config& config) {
     fields.check(!appearance || has_id(config.appearances, *appearance), path,
                  "no appearance in appearances has the id \"" + appearance.value_or("") + "\"");
   }
-  fields.check(config.prediction.smoothing_lag_s <= config.history.max_age_s, "prediction.smoothing_lag_s",
-               "reaches back further than history.max_age_s");
 }
 
 void describe_method(Fields& fields, MethodConfig& method) {
@@ -361,7 +415,9 @@ void describe(Fields& fields, InitialPose& pose) {
 }
 
 void describe(Fields& fields, FilterConfig& filter) {
-  fields.variant("type", filter.kind, {{"window", "The paper's window filter."}});
+  fields.variant("type", filter.kind,
+                 {{"motion", "Several ways of moving at once, with odometry, smoothing and prediction."},
+                  {"window", "The paper's window filter."}});
 }
 
 void describe(Fields& fields, RobotConfig& robot) {
@@ -397,8 +453,6 @@ void describe(Fields& fields, PredictionConfig& prediction) {
   fields.field(
       "horizon_s", prediction.horizon_s,
       {.min = 0, .max = 60, .unit = "s", .help = "How far beyond the data a pose may be asked for."});
-  fields.field("smoothing_lag_s", prediction.smoothing_lag_s,
-               {.min = 0, .max = 60, .unit = "s", .help = "How much later data a smoothed pose waits for."});
 }
 
 void describe(Fields& fields, LogConfig& log) {

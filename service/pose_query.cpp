@@ -41,8 +41,25 @@ const HistoryEntry& entry_at(const HistoryView& history, Time at) {
   return history[range.last - 1];
 }
 
+// A smoothed pose that later frames may still change: the filter knows it, the history what it came from.
+HistoryAnswer unsettled(const RobotSnapshot& robot, Time at) {
+  HistoryAnswer out = robot.view.history.pose(PoseKind::filtered, at);
+  const auto smoothed = robot.view.filter->smoothed(at);
+  if (!out.pose || !smoothed) return {.lookup = HistoryLookup::no_pose, .pose = {}};
+  out.pose->kind = PoseKind::smoothed;
+  out.pose->estimate = *smoothed;
+  return out;
+}
+
+HistoryAnswer past_pose(const RobotSnapshot& robot, PoseKind kind, Time at) {
+  HistoryAnswer found = robot.view.history.pose(kind, at);
+  if (kind == PoseKind::smoothed && found.lookup == HistoryLookup::after_history && robot.view.filter)
+    found = unsettled(robot, at);
+  return found;
+}
+
 void look_up(const Snapshot& snapshot, const RobotSnapshot& robot, PoseKind kind, Time at, PoseAnswer& out) {
-  const HistoryAnswer found = robot.view.history.pose(kind, at);
+  const HistoryAnswer found = past_pose(robot, kind, at);
   if (found.lookup == HistoryLookup::before_history) {
     throw QueryError("at is " + seconds_text(unix_seconds(at)) +
                      ", before the oldest instant that is kept, " +
@@ -88,7 +105,7 @@ void newest(const Snapshot& snapshot, const RobotSnapshot& robot, PoseKind kind,
     out.reason = why_no_pose(robot, out.state);
     return;
   }
-  const HistoryAnswer found = robot.view.history.pose(kind, entry.captured);
+  const HistoryAnswer found = past_pose(robot, kind, entry.captured);
   if (found.pose) {
     out.pose = published(snapshot, *found.pose);
   } else {
@@ -124,9 +141,10 @@ PoseAnswer answer(const Snapshot& snapshot, const RobotSnapshot& robot, const Po
       .robot = robot.view.id, .state = robot.view.state, .reason = {}, .last_seen = {}, .pose = {}};
   out.identity_confidence = 1.0 / robot.copies;
   if (robot.view.last_measured) out.last_seen = robot.view.last_measured->captured;
-  if (query.kind == PoseKind::smoothed) {
+  if (query.kind == PoseKind::smoothed && robot.view.filter &&
+      robot.view.filter->smoothing_lag() <= Duration::zero()) {
     throw QueryError(
-        "kind is smoothed: the window filter has no smoother, allowed measured, filtered, predicted");
+        "kind is smoothed: this robot's filter has no smoother, allowed measured, filtered, predicted");
   }
   if (robot.view.history.empty()) {
     out.reason = snapshot.source == SourceState::failed ? snapshot.source_error : "no frame yet";
@@ -144,9 +162,9 @@ PoseAnswer answer(const Snapshot& snapshot, const RobotSnapshot& robot, const Po
     return out;
   }
   if (*query.at > last) {
-    if (query.kind == PoseKind::measured) {
-      throw QueryError("kind is measured, but at is after the newest frame at " +
-                       seconds_text(unix_seconds(last)));
+    if (query.kind == PoseKind::measured || query.kind == PoseKind::smoothed) {
+      throw QueryError("kind is " + std::string(to_string(*query.kind)) +
+                       ", but at is after the newest frame at " + seconds_text(unix_seconds(last)));
     }
     predict(snapshot, robot, *query.at, context, out);
   } else if (query.kind == PoseKind::predicted) {

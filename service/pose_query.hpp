@@ -49,9 +49,11 @@ struct QueryError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// `smoothed` uses all that was told after that instant so far: once smoothing_lag() has passed it is final,
+/// at the newest frame it is the filtered pose.
 /// Throws QueryError: before the history (names the oldest instant), beyond the horizon, `measured` or
-/// `smoothed` after the newest frame, `predicted` before it, `smoothed` at all (the window filter has no
-/// smoother). A newest frame older than the horizon yields no pose: nothing stale looks fresh.
+/// `smoothed` after the newest frame, `predicted` before it, `smoothed` where the robot's filter has no
+/// smoother. A newest frame older than the horizon yields no pose: nothing stale looks fresh.
 PoseAnswer answer(const Snapshot& snapshot, const RobotSnapshot& robot, const PoseQuery& query,
                   const QueryContext& context);
 

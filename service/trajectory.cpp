@@ -1,5 +1,6 @@
 #include "service/trajectory.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <ostream>
@@ -43,22 +44,56 @@ std::optional<TrajectoryFormat> trajectory_format(std::string_view name) {
   return std::nullopt;
 }
 
-Trajectory make_trajectory(const std::string& robot, const HistoryView& history, PoseKind kind, Time from,
-                           Time to) {
-  Trajectory out{.robot = robot, .kind = kind, .points = {}};
-  const HistoryRange range = history.range(from, to);
+namespace {
+
+TrajectoryPoint point(const HistoryEntry& entry, PoseKind kind, const Estimate& estimate) {
+  const bool seen = entry.measured && (kind == PoseKind::measured || entry.state != TrackState::predicting);
+  return {entry.captured,
+          entry.state,
+          seen ? entry.measured->source : PoseSource::prediction,
+          estimate.pose,
+          estimate.covariance,
+          estimate.velocity,
+          seen ? entry.measured->score : 0.0};
+}
+
+// The smoothed poses of entries `first` to `last` - 1: those that are final from the history, the rest from
+// the filter.
+void add_smoothed(const RobotView& robot, const HistoryRange& range, std::vector<TrajectoryPoint>& points) {
+  const HistoryView& history = robot.history;
+  std::vector<Estimate> recent;
+  if (robot.filter && range.last > history.settled())
+    recent = robot.filter->smoothed_from(history[std::max(range.first, history.settled())].captured);
+  auto next = recent.begin();
   for (std::size_t i = range.first; i < range.last; ++i) {
-    const HistoryEntry& entry = history[i];
-    const double score = entry.measured ? entry.measured->score : 0.0;
-    const PoseSource source = entry.measured ? entry.measured->source : PoseSource::prediction;
+    if (i < history.settled()) {
+      if (history.smoothed(i)) points.push_back(point(history[i], PoseKind::smoothed, *history.smoothed(i)));
+      continue;
+    }
+    while (next != recent.end() && next->at < history[i].captured) ++next;
+    if (next != recent.end() && next->at == history[i].captured)
+      points.push_back(point(history[i], PoseKind::smoothed, *next));
+  }
+}
+
+}  // namespace
+
+Trajectory make_trajectory(const RobotView& robot, PoseKind kind, Time from, Time to) {
+  Trajectory out{.robot = robot.id, .kind = kind, .points = {}};
+  const HistoryRange range = robot.history.range(from, to);
+  if (kind == PoseKind::smoothed) {
+    add_smoothed(robot, range, out.points);
+    return out;
+  }
+  for (std::size_t i = range.first; i < range.last; ++i) {
+    const HistoryEntry& entry = robot.history[i];
     if (kind == PoseKind::measured && entry.measured) {
+      const Observation& seen = *entry.measured;
       out.points.push_back(
-          {entry.captured, entry.state, source, entry.measured->pose, entry.measured->covariance, {}, score});
+          point(entry, kind,
+                {.at = entry.captured, .pose = seen.pose, .covariance = seen.covariance, .velocity = {}}));
     } else if (kind == PoseKind::filtered && entry.filtered) {
-      const Estimate& e = *entry.filtered;
-      const bool gap = entry.state == TrackState::predicting;
-      out.points.push_back({entry.captured, entry.state, gap ? PoseSource::prediction : source, e.pose,
-                            e.covariance, e.velocity, gap ? 0.0 : score});
+      out.points.push_back(point(entry, kind, *entry.filtered));
     }
   }
   return out;

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tracker/history.hpp"
+#include "tracker/tracker.hpp"
 
 namespace skylight::service {
 
@@ -31,9 +31,9 @@ struct Trajectory {
   std::vector<TrajectoryPoint> points;
 };
 
-/// The poses of one kind with from <= captured <= to; instants without such a pose are left out.
-Trajectory make_trajectory(const std::string& robot, const HistoryView& history, PoseKind kind, Time from,
-                           Time to);
+/// The poses of one kind (measured, filtered, smoothed) with from <= captured <= to; instants without such a
+/// pose are left out. Of the smoothed ones the last are those that later frames may still change.
+Trajectory make_trajectory(const RobotView& robot, PoseKind kind, Time from, Time to);
 
 /// csv: a header line, then a line per pose: robot,captured,kind,state,source,x,y,yaw,vx,vy,yaw_rate,
 ///      cov_xx,cov_xy,cov_xyaw,cov_yy,cov_yyaw,cov_yawyaw,score (metres, radians, Unix seconds).

@@ -22,14 +22,6 @@ Estimate interpolate(const Estimate& a, const Estimate& b, double share) {
   return out;
 }
 
-Estimate estimate_of(const HistoryEntry& entry, PoseKind kind) {
-  if (kind == PoseKind::filtered) return *entry.filtered;
-  return {.at = entry.captured,
-          .pose = entry.measured->pose,
-          .covariance = entry.measured->covariance + entry.measured->correlated,
-          .velocity = {}};
-}
-
 }  // namespace
 
 std::string check(const HistoryLimits& limits) {
@@ -70,7 +62,9 @@ HistoryAnswer HistoryView::pose(PoseKind kind, Time at, Duration max_gap) const 
   const std::size_t next = first_at_or_after(at);
   std::optional<HistoryPose> found;
   if (kind == PoseKind::measured) found = measured(at, next, max_gap);
-  if (kind == PoseKind::filtered) found = filtered(at, next, max_gap);
+  if (kind == PoseKind::smoothed && next >= settled_)
+    return {.lookup = HistoryLookup::after_history, .pose = {}};
+  if (kind == PoseKind::filtered || kind == PoseKind::smoothed) found = estimated(kind, at, next, max_gap);
   return {.lookup = found ? HistoryLookup::found : HistoryLookup::no_pose, .pose = found};
 }
 
@@ -87,13 +81,23 @@ std::optional<HistoryPose> HistoryView::measured(Time at, std::size_t next, Dura
   return std::nullopt;
 }
 
-std::optional<HistoryPose> HistoryView::filtered(Time at, std::size_t next, Duration max_gap) const {
-  const HistoryEntry& after = (*this)[next];
-  if (!after.filtered) return std::nullopt;
-  if (after.captured == at) return at_entry(PoseKind::filtered, next);
-  const HistoryEntry& before = (*this)[next - 1];  // there is one: at lies after the oldest
-  if (!before.filtered || after.captured - before.captured > max_gap) return std::nullopt;
-  return between(PoseKind::filtered, next - 1, next, at);
+std::optional<HistoryPose> HistoryView::estimated(PoseKind kind, Time at, std::size_t next,
+                                                  Duration max_gap) const {
+  if (!estimate(kind, next)) return std::nullopt;
+  const Time after = (*this)[next].captured;
+  if (after == at) return at_entry(kind, next);
+  const Time before = (*this)[next - 1].captured;  // there is one: at lies after the oldest
+  if (!estimate(kind, next - 1) || after - before > max_gap) return std::nullopt;
+  return between(kind, next - 1, next, at);
+}
+
+Estimate HistoryView::pose_of(PoseKind kind, std::size_t i) const {
+  const HistoryEntry& entry = (*this)[i];
+  if (kind != PoseKind::measured) return *estimate(kind, i);
+  return {.at = entry.captured,
+          .pose = entry.measured->pose,
+          .covariance = entry.measured->covariance + entry.measured->correlated,
+          .velocity = {}};
 }
 
 HistoryPose HistoryView::at_entry(PoseKind kind, std::size_t i) const {
@@ -102,7 +106,7 @@ HistoryPose HistoryView::at_entry(PoseKind kind, std::size_t i) const {
   out.kind = kind;
   out.state = entry.state;
   out.captured = entry.captured;
-  out.estimate = estimate_of(entry, kind);
+  out.estimate = pose_of(kind, i);
   out.estimate.at = entry.captured;
   // A filtered pose may stand beside a measurement that the filter's gate refused.
   if (entry.measured && (kind == PoseKind::measured || entry.state == TrackState::tracking)) {
@@ -123,7 +127,7 @@ HistoryPose HistoryView::between(PoseKind kind, std::size_t before, std::size_t 
   const HistoryEntry& b = (*this)[after];
   HistoryPose out = at_entry(kind, after);
   const double share = to_seconds(at - a.captured) / to_seconds(b.captured - a.captured);
-  out.estimate = interpolate(estimate_of(a, kind), estimate_of(b, kind), share);
+  out.estimate = interpolate(pose_of(kind, before), pose_of(kind, after), share);
   out.estimate.at = at;
   return out;
 }
@@ -150,8 +154,22 @@ bool PoseHistory::append(const HistoryEntry& entry) {
   while (now_.size_ > limits_.max_entries || entry.captured - now_.oldest().captured > limits_.max_age) {
     ++now_.first_;
     --now_.size_;
+    if (now_.settled_ > 0) --now_.settled_;
   }
   return true;
+}
+
+void PoseHistory::settle(const std::vector<Estimate>& smoothed, Time until) {
+  auto pose = smoothed.begin();
+  for (; now_.settled_ < now_.size_; ++now_.settled_) {
+    const Time at = now_[now_.settled_].captured;
+    if (at > until) return;
+    while (pose != smoothed.end() && pose->at < at) ++pose;
+    const std::size_t place = now_.first_ + now_.settled_;
+    constexpr std::size_t kChunk = HistoryView::kChunk;
+    auto& slot = (*now_.chunks_)[place / kChunk]->smoothed[place % kChunk];
+    if (pose != smoothed.end() && pose->at == at) slot = *pose;
+  }
 }
 
 }  // namespace skylight

@@ -5,6 +5,9 @@
 //  - an entry is written once, before any view that shows it exists, and never again;
 //  - appending writes to the first free entry of the last chunk, which no view so far shows, and a view never
 //    reads past its last entry;
+//  - smoothed poses come later and lie beside the entries: in their order, each written once, and a view
+//  never
+//    reads past the last that was there when it was made;
 //  - when a chunk is full a new list is made; old lists, and with them the chunks that fell out, live on in
 //    the views that hold them.
 // So a view needs no atomics of its own. Handing one to another thread must synchronise, as any hand-over
@@ -90,9 +93,18 @@ class HistoryView {
   ///  - measured: between the nearest two entries with a measurement;
   ///  - filtered: between neighbouring entries, both with an estimate: where the filter said that it had
   ///    none, none is made up;
-  ///  - smoothed, predicted: not kept here, `no_pose` within the history.
+  ///  - smoothed: the same, between entries that are settled; `after_history` beyond them;
+  ///  - predicted: not kept here, `no_pose` within the history.
   /// None between two poses further apart than max_gap.
   HistoryAnswer pose(PoseKind kind, Time at, Duration max_gap = kMaxGap) const;
+
+  /// The smoothed pose of entry i < settled(); none where the robot was not known then.
+  const std::optional<Estimate>& smoothed(std::size_t i) const {
+    const std::size_t place = first_ + i;
+    return (*chunks_)[place / kChunk]->smoothed[place % kChunk];
+  }
+  /// Entries, from the oldest on, whose smoothed pose is final.
+  std::size_t settled() const { return settled_; }
 
   /// The entries with from <= captured <= to; an empty range where there are none or from > to.
   HistoryRange range(Time from, Time to) const;
@@ -102,18 +114,25 @@ class HistoryView {
   static constexpr std::size_t kChunk = 128;
   struct Chunk {
     std::array<HistoryEntry, kChunk> entries;
+    std::array<std::optional<Estimate>, kChunk> smoothed;
   };
   using Chunks = std::vector<std::shared_ptr<Chunk>>;
 
   std::size_t first_at_or_after(Time at) const;
   std::optional<HistoryPose> measured(Time at, std::size_t next, Duration max_gap) const;
-  std::optional<HistoryPose> filtered(Time at, std::size_t next, Duration max_gap) const;
+  /// Filtered and smoothed.
+  std::optional<HistoryPose> estimated(PoseKind kind, Time at, std::size_t next, Duration max_gap) const;
+  const std::optional<Estimate>& estimate(PoseKind kind, std::size_t i) const {
+    return kind == PoseKind::smoothed ? smoothed(i) : (*this)[i].filtered;
+  }
+  Estimate pose_of(PoseKind kind, std::size_t i) const;
   HistoryPose at_entry(PoseKind kind, std::size_t i) const;
   HistoryPose between(PoseKind kind, std::size_t before, std::size_t after, Time at) const;
 
   std::shared_ptr<const Chunks> chunks_;
   std::size_t first_ = 0;  ///< place of entry 0, counted from the first chunk of the list
   std::size_t size_ = 0;
+  std::size_t settled_ = 0;
 };
 
 /// Append-only; entries never change once written. Shows no more than the limits allow; memory holds up to
@@ -126,6 +145,10 @@ class PoseHistory {
   /// False, and nothing appended, where the entry is not later than the newest. Its `captured` is taken for
   /// the time of its measured and filtered poses too.
   bool append(const HistoryEntry& entry);
+
+  /// Smoothed poses that have become final, in order of time: every entry up to and with `until` is settled,
+  /// with the pose of its very instant or, where there is none among these, without.
+  void settle(const std::vector<Estimate>& smoothed, Time until);
 
   /// The history as it now stands.
   HistoryView view() const { return now_; }

@@ -11,6 +11,8 @@
 namespace skylight {
 namespace {
 
+constexpr Duration kSettleSlack = std::chrono::milliseconds(110);  // a frame or more
+
 constexpr std::string_view kNotWhereExpected =
     "not found where it was expected: covered, or unlike its picture";
 constexpr std::string_view kSearching = "being searched for over the whole floor";
@@ -24,7 +26,7 @@ struct Track {
       : spec(robot),
         prior(config.prior),
         heading(robot.appearance->heading_turns(), robot.appearance->centre_m()),
-        filter(robot.filter),
+        filter(make_filter(robot.filter)),
         history(config.history) {
     make_detector(config);
   }
@@ -49,7 +51,7 @@ struct Track {
   MotionPrior prior;
   HeadingResolver heading;
   Sweep sweep;
-  WindowFilter filter;
+  std::unique_ptr<Filter> filter;
   PoseHistory history;
   std::optional<Observation> last_measured;
   int frames_since_audit = 0;
@@ -128,6 +130,7 @@ struct Tracker::Impl {
   void refuse_taken_places();
   Covariance3 correlated(const Track& track, const Frame& frame) const;
   RobotReport update(Track& track, const Frame& frame) const;
+  static void settle(Track& track);
   Track* find(std::string_view id) const;
 };
 
@@ -266,7 +269,7 @@ RobotReport Tracker::Impl::update(Track& track, const Frame& frame) const {
     track.last_measured = track.observed;
   }
   RobotReport report{.id = track.spec.id, .reason = track.reason, .measured = track.observed};
-  const FilterStep step = track.filter.update(frame.captured, track.observed);
+  const FilterStep step = track.filter->update(frame.captured, track.observed);
   track.state = step.state;
   report.state = step.state;
   report.filtered = step.estimate;
@@ -274,7 +277,19 @@ RobotReport Tracker::Impl::update(Track& track, const Frame& frame) const {
                         .state = step.state,
                         .measured = track.observed,
                         .filtered = step.estimate});
+  settle(track);
   return report;
+}
+
+// Smoothing looks back over the whole lag: done for half a lag's frames at a time.
+void Tracker::Impl::settle(Track& track) {
+  const Duration lag = track.filter->smoothing_lag();
+  const HistoryView history = track.history.view();
+  if (lag <= Duration::zero() || history.settled() == history.size()) return;
+  const Time newest = history.newest().captured;
+  const Time first = history[history.settled()].captured;
+  if (newest - first < lag + lag / 2 - kSettleSlack) return;
+  track.history.settle(track.filter->smoothed_from(first), newest - lag);
 }
 
 Track* Tracker::Impl::find(std::string_view id) const {
@@ -324,7 +339,7 @@ bool Tracker::change(const RobotSpec& spec) {
   changed->state = track->state;
   changed->reason = track->reason;
   // What the change does not touch carries on: only another filter has to calibrate anew.
-  if (spec.filter == track->spec.filter) changed->filter = track->filter;
+  if (spec.filter == track->spec.filter) changed->filter = std::move(track->filter);
   if (spec.appearance == track->spec.appearance) changed->heading = track->heading;
   for (auto& slot : impl_->tracks) {
     if (slot.get() == track) {
@@ -363,6 +378,11 @@ std::vector<RobotReport> Tracker::process(const Frame& frame) {
   return reports;
 }
 
+bool Tracker::odometry(std::string_view id, const BodyVelocity& velocity) {
+  Track* track = impl_->find(id);
+  return track != nullptr && track->filter->odometry(velocity);
+}
+
 std::vector<RobotView> Tracker::views() const {
   std::vector<RobotView> views;
   views.reserve(impl_->tracks.size());
@@ -371,7 +391,7 @@ std::vector<RobotView> Tracker::views() const {
                      .state = track->state,
                      .reason = track->reason,
                      .history = track->history.view(),
-                     .filter = std::make_shared<const WindowFilter>(track->filter),
+                     .filter = track->filter->clone(),
                      .last_measured = track->last_measured});
   }
   return views;

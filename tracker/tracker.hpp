@@ -16,7 +16,7 @@
 #include "tracker/camera_uncertainty.hpp"
 #include "tracker/detect/homography.hpp"
 #include "tracker/detect/orb_detector.hpp"
-#include "tracker/filter/window.hpp"
+#include "tracker/filter/filters.hpp"
 #include "tracker/history.hpp"
 #include "tracker/motion_prior.hpp"
 
@@ -30,7 +30,7 @@ struct RobotSpec {
   std::optional<double>
       surface_height_m;  ///< of this robot's picture, where a payload raises it; none: the appearance's
   DetectorKind detector = DetectorKind::orb;
-  WindowFilterConfig filter;
+  FilterSpec filter;
   HomographyConfig homography;
   std::optional<Pose2> initial_pose;  ///< where it stands at the first frame, if known
 };
@@ -98,6 +98,10 @@ class Tracker {
   /// One frame, in the order of capture per camera. Throws std::invalid_argument for a frame that cannot
   /// be looked at (no such camera, empty, another size or type than the camera's): nothing has changed then.
   std::vector<RobotReport> process(const Frame& frame);
+
+  /// What a robot says of its own motion, at its time by the cameras' clock. False where there is no such
+  /// robot, or its filter did not use it.
+  bool odometry(std::string_view id, const BodyVelocity& velocity);
 
   std::vector<RobotView> views() const;
 

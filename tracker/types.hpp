@@ -93,6 +93,16 @@ struct Observation {
   int heading_turns = 1;
 };
 
+/// What a robot says of its own motion: wheel odometry, or the velocity it was commanded to have.
+struct BodyVelocity {
+  Time at{};
+  double forward = 0.0;   ///< m/s
+  double sideways = 0.0;  ///< m/s, to the left
+  double yaw_rate = 0.0;  ///< rad/s
+  /// Of (forward, sideways, yaw rate). Scale errors and readings that err together are allowed for beyond it.
+  Covariance3 covariance = Eigen::Vector3d(4e-4, 4e-4, 2.5e-3).asDiagonal();
+};
+
 /// A filter's answer for one instant.
 struct Estimate {
   Time at{};

@@ -14,7 +14,8 @@ struct EvaluateFlags {
   std::vector<std::string> scenarios;
   std::vector<std::string> detectors{"orb"};
   std::vector<std::string> kinds{"measured", "filtered"};
-  std::string filter = "window";
+  std::string filter = "motion";
+  bool odometry = false;
   double horizon_s = 0.0;
   double duration_s = 0.0;
   std::optional<std::uint64_t> seed;
@@ -31,7 +32,7 @@ struct Outcome {
 };
 
 void check_kind(const EvaluateFlags& flags, PoseKind kind, const std::string& who) {
-  if (kind == PoseKind::smoothed)
+  if (kind == PoseKind::smoothed && flags.filter == "window")
     throw UsageError(
         who + " 'smoothed': the window filter has no smoother, allowed: measured, filtered, predicted");
   if (kind == PoseKind::predicted && !(flags.horizon_s > 0))
@@ -43,7 +44,7 @@ std::vector<PoseKind> asked_kinds(const EvaluateFlags& flags) {
   std::vector<PoseKind> kinds;
   for (const std::string& name : flags.kinds) {
     const auto kind = pose_kind_from_string(name);
-    if (!kind) throw UsageError("--kind is '" + name + "', allowed: measured, filtered, predicted");
+    if (!kind) throw UsageError("--kind is '" + name + "', allowed: measured, filtered, smoothed, predicted");
     check_kind(flags, *kind, "--kind is");
     kinds.push_back(*kind);
   }
@@ -108,11 +109,15 @@ std::vector<RunScore> score(const EvaluateFlags& flags, const ScenarioRun& run) 
   for (const SimulatedCamera& camera : simulator->cameras()) total += run.duration_s() * camera.frame_rate_hz;
   Progress progress(run.name(), static_cast<std::size_t>(total));
   while (const auto frame = source->next()) {
-    for (Contestant& contestant : contestants) contestant.process(*frame, simulator->truth());
+    const std::vector<Odometry> odometry = simulator->take_odometry();
+    for (Contestant& contestant : contestants) {
+      if (flags.odometry) contestant.hear(odometry);
+      contestant.process(*frame, simulator->truth());
+    }
     progress.step();
   }
   std::vector<RunScore> scores;
-  for (const Contestant& contestant : contestants) scores.push_back(contestant.result());
+  for (Contestant& contestant : contestants) scores.push_back(contestant.result());
   return scores;
 }
 
@@ -197,10 +202,13 @@ void add_evaluate(CLI::App& app, Run& run) {
                    "orb, homography; several are scored on the same frames (orb)")
       ->delimiter(',')
       ->check(CLI::IsMember({"orb", "homography"}));
-  command->add_option("--filter", flags->filter, "window")->check(CLI::IsMember({"window"}));
+  command->add_option("--filter", flags->filter, "motion, window: the paper's (motion)")
+      ->check(CLI::IsMember({"motion", "window"}));
+  command->add_flag("--odometry", flags->odometry,
+                    "The robots tell of their wheels, where the scenario's do");
   command
       ->add_option("--kind", flags->kinds,
-                   "What is scored: measured, filtered, predicted (measured,filtered)")
+                   "What is scored: measured, filtered, smoothed, predicted (measured,filtered)")
       ->delimiter(',');
   command->add_option("--horizon", flags->horizon_s, "With --kind predicted: how far ahead, seconds")
       ->check(CLI::Range(0.001, 60.0));

@@ -158,7 +158,7 @@ void write_results(const fs::path& path, const std::vector<RobotView>& views, Po
   const auto format = trajectory_format(extension.empty() ? "" : extension.substr(1));
   std::vector<Trajectory> trajectories;
   for (const RobotView& view : views)
-    trajectories.push_back(make_trajectory(view.id, view.history, kind, Time::min(), Time::max()));
+    trajectories.push_back(make_trajectory(view, kind, Time::min(), Time::max()));
   if (*format == TrajectoryFormat::csv) {
     write_file(path, [&](std::ostream& out) {
       write_csv_header(out);
@@ -247,11 +247,18 @@ void print(const Outcome& outcome) {
 
 int track(const TrackFlags& flags) {
   check_out(flags);
-  const PoseKind kind = flags.kind == "measured" ? PoseKind::measured : PoseKind::filtered;
+  const PoseKind kind = pose_kind_from_string(flags.kind).value();
+  if (wants_mot(flags) && kind == PoseKind::smoothed)
+    throw UsageError("--kind is 'smoothed', allowed with a .mot file: measured, filtered");
   Config config = configure(flags);
   config.history.max_age_s = 1e6;  // all of it is written out at the end
   config.history.max_entries = 10'000'000;
   Assembly assembly = assemble(config);
+  for (const RobotSpec& robot : assembly.robots) {
+    if (kind == PoseKind::smoothed && std::holds_alternative<WindowFilterConfig>(robot.filter))
+      throw UsageError("--kind is 'smoothed', but the window filter of robot '" + robot.id +
+                       "' has no smoother");
+  }
   Tracker tracker = make_tracker(assembly);
   const Outcome outcome = track_all(flags, *assembly.source, tracker);
   if (outcome.frames == 0) {
@@ -277,8 +284,8 @@ void add_track(CLI::App& app, Run& run) {
   flags->config.add_to(*command);
   command->add_option("--out", flags->out,
                       "Poses to this file, format by extension: .csv, .tum, .json, .mot");
-  command->add_option("--kind", flags->kind, "Poses to write: measured or filtered (filtered)")
-      ->check(CLI::IsMember({"measured", "filtered"}));
+  command->add_option("--kind", flags->kind, "Poses to write: measured, filtered or smoothed (filtered)")
+      ->check(CLI::IsMember({"measured", "filtered", "smoothed"}));
   command
       ->add_option("--cut", flags->cuts,
                    "Without a configuration: a robot cut from the first frame, "

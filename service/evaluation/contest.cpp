@@ -8,6 +8,8 @@
 namespace skylight::service {
 namespace {
 
+constexpr std::size_t kSettleEvery = 16;  // frames between looks at what has become final
+
 // A robot's look: the number of the first robot with its appearance, its own where it has none.
 std::vector<std::size_t> looks(const std::vector<SimulatedRobot>& robots) {
   std::vector<std::size_t> out;
@@ -21,10 +23,10 @@ std::vector<std::size_t> looks(const std::vector<SimulatedRobot>& robots) {
   return out;
 }
 
-const RobotReport* report_of(const std::vector<RobotReport>& reports, const std::string& id) {
-  const auto at =
-      std::find_if(reports.begin(), reports.end(), [&](const RobotReport& r) { return r.id == id; });
-  return at == reports.end() ? nullptr : &*at;
+template <typename Named>
+const Named* by_id(const std::vector<Named>& all, const std::string& id) {
+  const auto at = std::find_if(all.begin(), all.end(), [&](const Named& one) { return one.id == id; });
+  return at == all.end() ? nullptr : &*at;
 }
 
 double largest_error(const KindScore& score) {
@@ -90,52 +92,92 @@ void Contestant::process(const Frame& frame, const std::vector<Truth>& truth) {
   run_.milliseconds.push_back(
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
 
-  std::vector<const RobotReport*> by_label(truth.size());
   Poses measured(truth.size());
+  std::vector<RobotReport> by_label(truth.size());
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    by_label[i] = report_of(reports, truth[i].id);
-    if (by_label[i] != nullptr && by_label[i]->measured) measured[i] = by_label[i]->measured->pose;
+    const RobotReport* report = by_id(reports, truth[i].id);
+    if (report == nullptr) continue;
+    by_label[i] = *report;
+    if (report->measured) measured[i] = report->measured->pose;
   }
-  const auto label_of = labels_.update(truth, measured);
+  const Waiting now{.captured = frame.captured,
+                    .truth = truth,
+                    .reports = std::move(by_label),
+                    .labels = labels_.update(truth, measured)};
   for (KindScore& kind : run_.kinds) {
-    Poses poses(truth.size());
-    for (std::size_t i = 0; i < truth.size(); ++i) {
-      const RobotReport* mine = label_of[i] ? by_label[*label_of[i]] : nullptr;
-      poses[i] = score(kind, i, frame, truth[i], mine);
-    }
-    kind.identity.add(truth, poses);
+    if (kind.kind != PoseKind::smoothed) score_frame(kind, now);
+  }
+  if (run_.kind(PoseKind::smoothed) != nullptr) {
+    waiting_.push_back(now);
+    if (waiting_.size() % kSettleEvery == 0) score_smoothed(false);
   }
   if (run_.kind(PoseKind::predicted) != nullptr) past_.emplace_back(frame.captured, tracker_.views());
   while (past_.size() > 1 && past_[1].first <= frame.captured - horizon_) past_.pop_front();
 }
 
-std::optional<Estimate> Contestant::estimate_of(PoseKind kind, const std::string& id, const Frame& frame,
-                                                const RobotReport* report) const {
-  if (kind == PoseKind::predicted) {
-    if (past_.empty() || past_.front().first > frame.captured - horizon_) return std::nullopt;
-    const auto& views = past_.front().second;
-    const auto view =
-        std::find_if(views.begin(), views.end(), [&](const RobotView& v) { return v.id == id; });
-    return view == views.end() ? std::nullopt : view->filter->predict(frame.captured);
+void Contestant::hear(const std::vector<Odometry>& odometry) {
+  for (const Odometry& said : odometry) {
+    tracker_.odometry(
+        said.robot,
+        {.at = said.at, .forward = said.v_mps, .sideways = said.side_mps, .yaw_rate = said.w_radps});
   }
-  if (report == nullptr) return std::nullopt;
-  if (kind == PoseKind::filtered) return report->filtered;
-  if (!report->measured) return std::nullopt;
-  return Estimate{
-      .at = frame.captured, .pose = report->measured->pose, .covariance = report->measured->covariance};
 }
 
-std::optional<Pose2> Contestant::score(KindScore& into, std::size_t robot, const Frame& frame,
-                                       const Truth& truth, const RobotReport* report) const {
+void Contestant::score_frame(KindScore& kind, const Waiting& frame) {
+  Poses poses(frame.truth.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) poses[i] = score(kind, i, frame);
+  kind.identity.add(frame.truth, poses);
+}
+
+/// Those frames whose smoothed poses are final, or all that are left.
+void Contestant::score_smoothed(bool all) {
+  settled_ = tracker_.views();
+  const auto final_before = [](const RobotView& view) {
+    const HistoryView& history = view.history;
+    return history.settled() < history.size() ? history[history.settled()].captured : Time::max();
+  };
+  Time until = Time::max();
+  for (const RobotView& view : settled_) until = std::min(until, final_before(view));
+  const auto kind = std::find_if(run_.kinds.begin(), run_.kinds.end(),
+                                 [](const KindScore& k) { return k.kind == PoseKind::smoothed; });
+  while (kind != run_.kinds.end() && !waiting_.empty() && (all || waiting_.front().captured < until)) {
+    score_frame(*kind, waiting_.front());
+    waiting_.pop_front();
+  }
+}
+
+std::optional<Estimate> Contestant::estimate_of(PoseKind kind, Time captured,
+                                                const RobotReport& report) const {
+  if (kind == PoseKind::predicted) {
+    if (past_.empty() || past_.front().first > captured - horizon_) return std::nullopt;
+    const RobotView* view = by_id(past_.front().second, report.id);
+    return view == nullptr ? std::nullopt : view->filter->predict(captured);
+  }
+  if (kind == PoseKind::smoothed) {
+    const RobotView* view = by_id(settled_, report.id);
+    if (view == nullptr) return std::nullopt;
+    const HistoryAnswer found = view->history.pose(kind, captured);
+    if (found.lookup == HistoryLookup::after_history) return view->filter->smoothed(captured);
+    return found.pose ? std::optional(found.pose->estimate) : std::nullopt;
+  }
+  if (kind == PoseKind::filtered) return report.filtered;
+  if (!report.measured) return std::nullopt;
+  return Estimate{.at = captured, .pose = report.measured->pose, .covariance = report.measured->covariance};
+}
+
+std::optional<Pose2> Contestant::score(KindScore& into, std::size_t robot, const Waiting& frame) const {
+  const Truth& truth = frame.truth[robot];
   if (!truth.present) return std::nullopt;  // no place to be right or wrong about
-  const auto estimate = report == nullptr ? std::nullopt : estimate_of(into.kind, report->id, frame, report);
+  const auto label = frame.labels[robot];
+  const RobotReport report = label ? frame.reports[*label] : RobotReport{};
+  const auto estimate = report.id.empty() ? std::nullopt : estimate_of(into.kind, frame.captured, report);
   ScoredFrame scored{.captured = frame.captured,
                      .truth = truth.pose,
                      .in_view = truth.in_view,
                      .estimate = {},
                      .covariance = {},
-                     .state = report != nullptr ? report->state : TrackState::searching,
-                     .measured = report != nullptr && report->measured.has_value()};
+                     .state = report.state,
+                     .measured = report.measured.has_value()};
   if (estimate) {
     scored.estimate = estimate->pose;
     scored.covariance = estimate->covariance;
@@ -144,7 +186,8 @@ std::optional<Pose2> Contestant::score(KindScore& into, std::size_t robot, const
   return scored.estimate;
 }
 
-RunScore Contestant::result() const {
+RunScore Contestant::result() {
+  score_smoothed(true);
   RunScore out = run_;
   for (KindScore& kind : out.kinds) {
     kind.worst_seed = out.seeds.front();

@@ -52,20 +52,34 @@ class Contestant {
              const std::vector<PoseKind>& kinds, Duration horizon);
 
   void process(const Frame& frame, const std::vector<Truth>& truth);
+  /// Odometry that came before the next frame.
+  void hear(const std::vector<Odometry>& odometry);
   /// Once the run is over.
-  RunScore result() const;
+  RunScore result();
 
  private:
-  std::optional<Estimate> estimate_of(PoseKind kind, const std::string& id, const Frame& frame,
-                                      const RobotReport* report) const;
-  std::optional<Pose2> score(KindScore& into, std::size_t robot, const Frame& frame, const Truth& truth,
-                             const RobotReport* report) const;
+  using Labels = std::vector<std::optional<std::size_t>>;
+
+  /// A frame whose smoothed poses are not final yet.
+  struct Waiting {
+    Time captured{};
+    std::vector<Truth> truth;
+    std::vector<RobotReport> reports;
+    Labels labels;
+  };
+
+  void score_frame(KindScore& kind, const Waiting& frame);
+  void score_smoothed(bool all);
+  std::optional<Estimate> estimate_of(PoseKind kind, Time captured, const RobotReport& report) const;
+  std::optional<Pose2> score(KindScore& into, std::size_t robot, const Waiting& frame) const;
 
   Duration horizon_;
   Tracker tracker_;
   LabelBinding labels_;
   RunScore run_;
   std::deque<std::pair<Time, std::vector<RobotView>>> past_;  ///< from the horizon on, for `predicted`
+  std::deque<Waiting> waiting_;                               ///< for `smoothed`
+  std::vector<RobotView> settled_;  ///< as the histories stood when they were last looked at
 };
 
 }  // namespace skylight::service

@@ -22,7 +22,6 @@
 #include <string_view>
 #include <vector>
 
-#include "tracker/filter/measurements.hpp"
 #include "tracker/types.hpp"
 
 namespace skylight::service::reproduce {

@@ -53,10 +53,13 @@ http::Reply get_trajectory(const http::Request& request, const RouteContext& con
   const auto snapshot = context.pipeline.snapshot();
   const RobotSnapshot& robot = robot_of(request, *snapshot);
   const PoseKind kind = query_kind(request).value_or(PoseKind::filtered);
-  if (kind != PoseKind::measured && kind != PoseKind::filtered) {
+  if (kind == PoseKind::predicted) {
     throw http::Problem(422, "No such trajectory",
-                        "kind is " + std::string(skylight::to_string(kind)) +
-                            ", allowed for a trajectory: measured, filtered");
+                        "kind is predicted, allowed for a trajectory: measured, filtered, smoothed");
+  }
+  if (kind == PoseKind::smoothed && robot.view.filter->smoothing_lag() <= Duration::zero()) {
+    throw http::Problem(422, "No such trajectory",
+                        "kind is smoothed: this robot's filter has no smoother, allowed: measured, filtered");
   }
   const std::string* named = request.query_value("format");
   const auto format = trajectory_format(named != nullptr ? *named : "json");
@@ -67,7 +70,7 @@ http::Reply get_trajectory(const http::Request& request, const RouteContext& con
   if (from > to) throw http::Problem(422, "No such trajectory", "from is after to");
 
   std::ostringstream out;
-  write_trajectory(out, make_trajectory(robot.view.id, robot.view.history, kind, from, to), *format);
+  write_trajectory(out, make_trajectory(robot.view, kind, from, to), *format);
   const char* type = *format == TrajectoryFormat::json  ? "application/json"
                      : *format == TrajectoryFormat::csv ? "text/csv; charset=utf-8"
                                                         : "text/plain; charset=utf-8";

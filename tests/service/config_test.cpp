@@ -53,7 +53,7 @@ TEST(Config, TheDefaultsAreTheSimulatorOnLoopback) {
   EXPECT_EQ(config.server.port, 8080);
   EXPECT_EQ(config.history.max_age_s, 600.0);
   EXPECT_EQ(config.prediction.horizon_s, 2.0);
-  EXPECT_EQ(config.prediction.smoothing_lag_s, 1.0);
+  EXPECT_EQ(std::get<MotionFilterConfig>(config.tracker.method.filter.kind).smoothing_lag_s, 1.0);
 }
 
 TEST(Config, TheSampleLoadsAndShowsTheDefaults) {
@@ -116,6 +116,7 @@ TEST(Config, LayersStandOverEachOther) {
 TEST(Config, VariablesReachEveryDepth) {
   const Config config =
       load_config({.environment = {{"SKYLIGHT_ROBOTS__0__ID", "7"},
+                                   {"SKYLIGHT_ROBOTS__0__FILTER__TYPE", "window"},
                                    {"SKYLIGHT_ROBOTS__0__FILTER__WINDOW_SIZE", "8"},
                                    {"SKYLIGHT_SERVER__ALLOWED_HOSTS", "[\"a.lab\", \"b.lab\"]"}}});
   EXPECT_EQ(config.robots.at(0).id, "7");
@@ -134,8 +135,8 @@ TEST(Config, ErrorsNameTheLayer) {
             "SKYLIGHT_SERVR__PORT: servr: unknown key, did you mean \"server\"?");
   EXPECT_EQ(refusal_of({.environment = {{"SKYLIGHT___", "1"}}}),
             "SKYLIGHT___: \"\" is no key path such as server.port or robots[0].id");
-  EXPECT_EQ(refusal_of({.flags = {{"tracker.filter.alpha=0"}}}),
-            "--set tracker.filter.alpha: 0 is out of range, allowed above 0 to 100 m");
+  EXPECT_EQ(refusal_of({.flags = {{"tracker.filter.gate=0"}}}),
+            "--set tracker.filter.gate: 0 is out of range, allowed 1 to 1000");
   EXPECT_EQ(refusal_of({.flags = {{"server.port=x", "--port"}}}),
             "--port: server.port: expected a whole number, found the string \"x\"");
   EXPECT_EQ(refusal_of({.file = "/nowhere/my.json"}),
@@ -169,14 +170,15 @@ TEST(Config, PathsAreRelativeToTheFile) {
 TEST(Config, ARobotTakesWhatItDoesNotSayFromTheTracker) {
   const Config config = settings::read<Config>(settings::parse(
       R"({"robots": [{"id": "a", "filter": {"alpha": 0.2}}, {"id": "b"}],
-          "tracker": {"detector": "homography", "filter": {"window_size": 20}, "homography": {"drop": "ray"}}})",
+          "tracker": {"detector": "homography", "filter": {"type": "window", "window_size": 20}, "homography": {"drop": "ray"}}})",
       "my.json"));
   const RobotSpec a = robot_spec(config.robots.at(0), nullptr);
-  EXPECT_EQ(a.filter.alpha, 0.2);
-  EXPECT_EQ(a.filter.window_size, 20);
+  const auto filter_of = [](const RobotSpec& spec) { return std::get<WindowFilterConfig>(spec.filter); };
+  EXPECT_EQ(filter_of(a).alpha, 0.2);
+  EXPECT_EQ(filter_of(a).window_size, 20);
   EXPECT_EQ(a.detector, DetectorKind::homography);
   EXPECT_EQ(a.homography.drop, FloorDrop::ray);
-  EXPECT_EQ(robot_spec(config.robots.at(1), nullptr).filter.alpha, WindowFilterConfig{}.alpha);
+  EXPECT_EQ(filter_of(robot_spec(config.robots.at(1), nullptr)).alpha, WindowFilterConfig{}.alpha);
 }
 
 constexpr const char* kCamera =
@@ -245,9 +247,7 @@ const Refused refused_texts[] = {
      R"({"id": "r"}]})",
      "my.json:2: robots[2].id: \"r\" is the id of robots[0] too"},
     {R"({"robots": [{"id": "r", "filter": {"type": "kalman"}}]})",
-     "my.json:1: robots[0].filter.type: \"kalman\" is not one of window"},
-    {R"({"history": {"max_age_s": 1}, "prediction": {"smoothing_lag_s": 2}})",
-     "my.json:1: prediction.smoothing_lag_s: reaches back further than history.max_age_s"},
+     "my.json:1: robots[0].filter.type: \"kalman\" is not one of motion or window"},
     {R"({"log": {"level": "loud"}})",
      "my.json:1: log.level: \"loud\" is not one of trace, debug, info, warn or error"},
 };
@@ -271,7 +271,8 @@ TEST(Config, IntrinsicsAreCheckedAsTheTrackerDoes) {
 
 TEST(Config, NoFilterThatTheTrackerRefusesIsAccepted) {
   const auto accepted = [](const std::string& key, const std::string& value) {
-    return refusal(R"({"tracker": {"filter": {")" + key + "\": " + value + "}}}") == "accepted";
+    return refusal(R"({"tracker": {"filter": {"type": "window", ")" + key + "\": " + value + "}}}") ==
+           "accepted";
   };
   for (const int size : {1, 2, 1000, 1001}) {
     EXPECT_EQ(accepted("window_size", std::to_string(size)),

@@ -102,7 +102,7 @@ inline skylight::test::FlatScene small_room(const Pose2& robot = {.x = 0.1, .y =
 
 inline RobotSpec robot_of(const skylight::test::FlatScene& scene, const std::string& id = "anna") {
   RobotSpec spec{.id = id, .appearance = appearance_of(scene.pictures.at(0), id)};
-  spec.filter = {.window_size = 4, .calibration_threshold = 0};
+  spec.filter = WindowFilterConfig{.window_size = 4, .calibration_threshold = 0};
   spec.initial_pose = scene.pictures.at(0).pose;
   return spec;
 }

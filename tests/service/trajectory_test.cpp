@@ -103,21 +103,19 @@ TEST(Trajectory, JsonIsOneObjectAndHasNoNan) {
 }
 
 TEST(Trajectory, TakesTheInstantsOfItsRangeEndsIncluded) {
-  const HistoryView history = Line(100).robot.view.history;
-  const Trajectory some = make_trajectory("anna", history, PoseKind::measured, Line::at(20), Line::at(29));
+  const RobotView anna = Line(100).robot.view;
+  const Trajectory some = make_trajectory(anna, PoseKind::measured, Line::at(20), Line::at(29));
   ASSERT_EQ(some.points.size(), 10U);
   EXPECT_EQ(some.points.front().captured, Line::at(20));
   EXPECT_DOUBLE_EQ(some.points.back().pose.x, 0.29);
-  EXPECT_EQ(make_trajectory("anna", history, PoseKind::measured, Time{}, Time::max()).points.size(), 100U);
-  EXPECT_THAT(make_trajectory("anna", history, PoseKind::measured, Line::at(200), Time::max()).points,
+  EXPECT_EQ(make_trajectory(anna, PoseKind::measured, Time{}, Time::max()).points.size(), 100U);
+  EXPECT_THAT(make_trajectory(anna, PoseKind::measured, Line::at(200), Time::max()).points,
               testing::IsEmpty());
 }
 
 TEST(Trajectory, LeavesOutInstantsWithoutThatKindOfPose) {
-  const HistoryView history = Line(100, {50, 51}).robot.view.history;
-  const auto whole = [&](PoseKind kind) {
-    return make_trajectory("anna", history, kind, Time{}, Time::max());
-  };
+  const RobotView anna = Line(100, {50, 51}).robot.view;
+  const auto whole = [&](PoseKind kind) { return make_trajectory(anna, kind, Time{}, Time::max()); };
   EXPECT_EQ(whole(PoseKind::measured).points.size(), 98U);
   const Trajectory filtered = whole(PoseKind::filtered);
   ASSERT_EQ(filtered.points.size(), 93U);  // the eighth position completes the calibration
@@ -136,7 +134,9 @@ TEST(Trajectory, AMeasurementThatTheGateRefusedIsNotTheSourceOfAFilteredPose) {
                   .measured = Observation{.captured = kStart, .source = PoseSource::align, .score = 0.9},
                   .filtered = Estimate{.at = kStart}});
   const auto whole = [&](PoseKind kind) {
-    return make_trajectory("anna", history.view(), kind, Time{}, Time::max()).points.at(0);
+    return make_trajectory({.id = "anna", .history = history.view(), .filter = nullptr}, kind, Time{},
+                           Time::max())
+        .points.at(0);
   };
   EXPECT_EQ(whole(PoseKind::filtered).source, PoseSource::prediction);
   EXPECT_EQ(whole(PoseKind::filtered).score, 0.0);

@@ -117,8 +117,58 @@ TEST(PoseHistory, TellsBeforeAfterAndNoPoseApart) {
     EXPECT_EQ(lookup(kind, milliseconds(1100) + Duration(1)), HistoryLookup::after_history);
     EXPECT_FALSE(view.pose(kind, kStart + milliseconds(1000)).pose);
   }
-  EXPECT_EQ(lookup(PoseKind::smoothed, milliseconds(300)), HistoryLookup::no_pose);
+  EXPECT_EQ(lookup(PoseKind::smoothed, milliseconds(300)), HistoryLookup::after_history)
+      << "nothing is settled";
   EXPECT_EQ(lookup(PoseKind::predicted, milliseconds(300)), HistoryLookup::no_pose);
+}
+
+Estimate smoothed_at(Duration at, double x) {
+  return {.at = kStart + at, .pose = {x, 0.0, 0.0}};
+}
+
+TEST(PoseHistory, SmoothedPosesComeLaterAndOldViewsDoNotChange) {
+  PoseHistory history = filled(400, milliseconds(100));
+  const HistoryView before = history.view();
+  std::vector<Estimate> smoothed;
+  for (int i = 0; i < 300; ++i) {
+    if (i != 200) smoothed.push_back(smoothed_at(milliseconds(100 * i), 1000.0 + i));
+    smoothed.push_back(smoothed_at(milliseconds(100 * i + 50), -1.0));  // odometry between frames
+  }
+  history.settle(smoothed, kStart + milliseconds(25'000));
+  const HistoryView view = history.view();
+  EXPECT_EQ(before.settled(), 0U);
+  EXPECT_EQ(view.settled(), 251U) << "up to and with the instant, though more is known";
+  const auto pose = [&](double ms) {
+    return view.pose(PoseKind::smoothed, kStart + from_seconds(ms / 1000));
+  };
+  EXPECT_EQ(pose(12'300).pose->estimate.pose.x, 1123.0);
+  EXPECT_EQ(pose(12'300).pose->kind, PoseKind::smoothed);
+  EXPECT_NEAR(pose(12'350).pose->estimate.pose.x, 1123.5, 1e-9);
+  EXPECT_EQ(pose(20'000).lookup, HistoryLookup::no_pose) << "settled, but not known then";
+  EXPECT_EQ(pose(20'050).lookup, HistoryLookup::no_pose) << "nothing is made up beside it";
+  EXPECT_EQ(pose(25'000).lookup, HistoryLookup::found);
+  EXPECT_EQ(pose(25'001).lookup, HistoryLookup::after_history);
+  EXPECT_EQ(view.pose(PoseKind::filtered, kStart + milliseconds(12'300)).pose->estimate.pose.x,
+            before.pose(PoseKind::filtered, kStart + milliseconds(12'300)).pose->estimate.pose.x);
+}
+
+TEST(PoseHistory, WhatIsSettledStaysSoWhenOldEntriesGo) {
+  PoseHistory history({.max_age = std::chrono::seconds(20)});
+  for (int i = 0; i < 1000; ++i) {
+    history.append(
+        {.captured = kStart + milliseconds(100 * i), .filtered = smoothed_at(milliseconds(100 * i), i)});
+    if (i % 7 == 0 && i > 10)
+      history.settle({smoothed_at(milliseconds(100 * (i - 10)), 5000.0 + i - 10)},
+                     kStart + milliseconds(100 * (i - 10)));
+    const HistoryView view = history.view();
+    ASSERT_LE(view.settled(), view.size());
+    if (i > 17) ASSERT_GE(view.settled() + 17, view.size());
+    for (std::size_t k = 0; k < view.settled(); ++k) {
+      if (view.smoothed(k)) {
+        ASSERT_EQ(view.smoothed(k)->at, view[k].captured) << "entry " << k << " after " << i;
+      }
+    }
+  }
 }
 
 TEST(PoseHistory, MeasuredBridgesMissesUpToTheGapAndFilteredNeverBridgesWhereTheFilterHadNone) {

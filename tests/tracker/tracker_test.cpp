@@ -30,7 +30,7 @@ test::FlatScene room(int frame) {
 }
 
 Tracker tracker_for(const test::FlatScene& scene, bool initial_poses, Executor executor = run_in_order,
-                    WindowFilterConfig filter = {}) {
+                    const FilterSpec& filter = {}) {
   Tracker tracker({scene.camera()}, {}, std::move(executor));
   for (std::size_t i = 0; i < scene.pictures.size(); ++i) {
     RobotSpec robot{.id = i == 0 ? "mover" : "stander", .appearance = test::appearance_of(scene.pictures[i])};
@@ -172,17 +172,20 @@ TEST(Tracker, RefusesRobotsThatItCannotTrackNamingThem) {
   EXPECT_THAT(refused({.id = "x", .appearance = appearance, .initial_pose = Pose2{std::nan(""), 0, 0}}),
               testing::HasSubstr("not finite"));
   RobotSpec robot{.id = "x", .appearance = appearance};
-  robot.filter.window_size = 1;
+  robot.filter = WindowFilterConfig{.window_size = 1};
   EXPECT_THAT(refused(robot), testing::HasSubstr("window_size"));
+  robot.filter = MotionFilterConfig{.gate = 0.0};
+  EXPECT_THAT(refused(robot), testing::HasSubstr("gate"));
 }
 
 TEST(Tracker, ChangesAndRemovesARobotWhileTheOthersCarryOn) {
   Tracker tracker = tracker_for(room(0), true);
   for (int i = 0; i < 3; ++i) tracker.process(room(i).render(at_frame(i)));
   RobotSpec changed = tracker.robots()[0];
-  changed.filter.alpha = 0.1;
+  const FilterSpec filter = WindowFilterConfig{.alpha = 0.1};
+  changed.filter = filter;
   EXPECT_TRUE(tracker.change(changed));
-  EXPECT_EQ(tracker.robots()[0].filter.alpha, 0.1);
+  EXPECT_EQ(tracker.robots()[0].filter, filter);
   EXPECT_EQ(tracker.views()[0].history.size(), 3U) << "what was recorded stays";
   EXPECT_TRUE(tracker.process(room(3).render(at_frame(3)))[0].measured)
       << "and it is still known where it is";
@@ -197,7 +200,8 @@ TEST(Tracker, ChangesAndRemovesARobotWhileTheOthersCarryOn) {
 }
 
 TEST(Tracker, AChangeThatLeavesTheFilterAloneDoesNotInterruptTheTrack) {
-  Tracker tracker = tracker_for(room(0), true, run_in_order, {.window_size = 4, .calibration_threshold = 0});
+  Tracker tracker = tracker_for(room(0), true, run_in_order,
+                                WindowFilterConfig{.window_size = 4, .calibration_threshold = 0});
   for (int i = 0; i < 6; ++i) tracker.process(room(i).render(at_frame(i)));
   ASSERT_EQ(tracker.views()[0].state, TrackState::tracking);
   RobotSpec changed = tracker.robots()[0];
@@ -205,7 +209,7 @@ TEST(Tracker, AChangeThatLeavesTheFilterAloneDoesNotInterruptTheTrack) {
   ASSERT_TRUE(tracker.change(changed));
   EXPECT_EQ(tracker.views()[0].state, TrackState::tracking) << "between frames too";
   EXPECT_EQ(tracker.process(room(6).render(at_frame(6)))[0].state, TrackState::tracking);
-  changed.filter.window_size = 6;
+  changed.filter = WindowFilterConfig{.window_size = 6};
   ASSERT_TRUE(tracker.change(changed));
   EXPECT_NE(tracker.process(room(7).render(at_frame(7)))[0].state, TrackState::tracking);
 }

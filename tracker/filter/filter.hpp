@@ -1,7 +1,9 @@
-// What a tracker asks of a filter. Implementations: window (the paper's).
+// What a tracker asks of a filter. Implementations: motion (the default), window (the paper's).
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "tracker/types.hpp"
 
@@ -18,16 +20,35 @@ class Filter {
  public:
   virtual ~Filter() = default;
 
-  /// One frame: its capture time, and what was observed in it (none: not detected). Times must not go
-  /// back; a frame that is not later than the one before is ignored (the last step is returned).
+  /// One frame: its capture time, and what was observed in it (none: not detected). The step tells of the
+  /// newest instant. A frame that came late is taken in at its own time where the filter can (up to
+  /// smoothing_lag() behind the newest), else ignored.
   virtual FilterStep update(Time captured, const std::optional<Observation>& observation) = 0;
+
+  /// What the robot says of its motion, at its own time. True where it was used.
+  virtual bool odometry(const BodyVelocity& velocity) = 0;
 
   /// The state carried to `at`, covariance growing with the distance in time. None while there is no
   /// estimate, and for instants before the last update.
   virtual std::optional<Estimate> predict(Time at) const = 0;
 
+  /// How much later data a smoothed estimate waits for until it is final; 0: this filter does not smooth.
+  virtual Duration smoothing_lag() const = 0;
+
+  /// The estimate for an instant with all later data used; none where the robot was not known then, and for
+  /// instants further back than 1.5 smoothing_lag() or after the newest. At the newest it is the filtered
+  /// one.
+  virtual std::optional<Estimate> smoothed(Time at) const = 0;
+
+  /// The same for every instant from `from` on at which something was told, in order of time: one pass
+  /// where smoothed() takes one for each.
+  virtual std::vector<Estimate> smoothed_from(Time from) const = 0;
+
   /// Forgets everything: state `searching`.
   virtual void reset() = 0;
+
+  /// An independent copy, for other threads to read.
+  virtual std::unique_ptr<Filter> clone() const = 0;
 };
 
 }  // namespace skylight

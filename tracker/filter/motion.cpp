@@ -70,7 +70,7 @@ bool MotionFilter::odometry(const BodyVelocity& velocity) {
 }
 
 std::optional<std::size_t> MotionFilter::take(Event event) {
-  if (!records_.empty() && event.at < records_.back()->event.at - from_seconds(config_.lag_s))
+  if (!records_.empty() && event.at < records_.back()->event.at - from_seconds(config_.smoothing_lag_s))
     return std::nullopt;
   // Of one instant: odometry, then frames by camera, however they came. An empty frame says nothing beside
   // another.
@@ -106,10 +106,14 @@ std::optional<std::size_t> MotionFilter::take(Event event) {
   return records_.size() - from_the_end;
 }
 
+/// How far back smoothed estimates reach: beyond the lag, so that they may be asked for now and then.
+Time MotionFilter::smoothed_since() const {
+  return records_.back()->event.at - from_seconds(1.5 * config_.smoothing_lag_s);
+}
+
 /// Kept: what a late event may need before it, and the snapshot before that.
 void MotionFilter::forget_old() {
-  const Time oldest =
-      records_.back()->event.at - from_seconds(config_.lag_s + config_.entry_s + 2.0 * motion::kGapAfter);
+  const Time oldest = smoothed_since() - from_seconds(config_.entry_s + 2.0 * motion::kGapAfter);
   auto keep = std::upper_bound(records_.begin(), records_.end(), oldest,
                                [](Time at, const auto& record) { return at < record->event.at; });
   if (keep != records_.begin()) --keep;
@@ -183,14 +187,14 @@ void MotionFilter::begin(Track& track, const Observation& observation) const {
   start.cov.setZero();
   start.cov.topLeftCorner<3, 3>() = seen.noise;
   const double speed = std::min(kUsualSpeed, config_.max_speed_mps);
-  const double turning = std::min(kUsualYawRate, config_.max_yaw_rate);
+  const double turning = std::min(kUsualYawRate, config_.max_yaw_rate_radps);
   start.cov.diagonal().tail<3>() << speed * speed, 1e-4, turning * turning;
   if (config_.holonomic) start.cov(motion::kS, motion::kS) = speed * speed;
   track.main.part.fill(start);
   Gaussian6 fast = start;
   const double half = 0.5 * config_.max_speed_mps;
   fast.cov.diagonal().tail<3>() << half * half, config_.holonomic ? half * half : 1e-4,
-      0.25 * config_.max_yaw_rate * config_.max_yaw_rate;
+      0.25 * config_.max_yaw_rate_radps * config_.max_yaw_rate_radps;
   track.main.part[motion::kManoeuvring] = fast;
   fast.cov(motion::kS, motion::kS) = half * half;
   track.main.part[motion::kSideways] = fast;
@@ -254,7 +258,7 @@ void MotionFilter::see_tracked(Track& track, const Observation& observation) con
   }
   track.took_gap = best != &track.main;
   track.main = corrected;
-  limit(track.main, config_.max_speed_mps, config_.max_yaw_rate);
+  limit(track.main, config_.max_speed_mps, config_.max_yaw_rate_radps);
   track.gap.reset();
   track.turns = std::min(track.turns, turns);
   track.accepted = true;

@@ -54,22 +54,19 @@ class MotionFilter final : public Filter {
   /// Throws std::invalid_argument with check()'s message.
   explicit MotionFilter(const MotionFilterConfig& config = {});
 
-  /// Frames may come late, up to lag_s behind the newest (older ones are ignored); the step that is returned
-  /// tells of the newest instant, but `accepted` of this observation. A second frame of the same instant
-  /// (another camera) counts beside the first.
+  /// Frames may come late, up to smoothing_lag_s behind the newest (older ones are ignored); the step that is
+  /// returned tells of the newest instant, but `accepted` of this observation. A second frame of the same
+  /// instant (another camera) counts beside the first.
   FilterStep update(Time captured, const std::optional<Observation>& observation) override;
   /// True where it was taken in: not outside the lag, finite, and not gated out as slip.
-  bool odometry(const BodyVelocity& velocity);
+  bool odometry(const BodyVelocity& velocity) override;
   std::optional<Estimate> predict(Time at) const override;
-  /// The estimate for an instant within the last lag_s, with all later data used; none outside, or where the
-  /// robot was not known. At the newest event it is the filtered estimate.
-  std::optional<Estimate> smoothed(Time at) const;
-  /// The same for every event of the present track from `from` on (or from as far back as the lag reaches),
-  /// in order of time: one pass over the lag, where smoothed() takes one for each instant.
-  std::vector<Estimate> smoothed_from(Time from) const;
+  Duration smoothing_lag() const override { return from_seconds(config_.smoothing_lag_s); }
+  std::optional<Estimate> smoothed(Time at) const override;
+  std::vector<Estimate> smoothed_from(Time from) const override;
   void reset() override;
   /// An independent copy; cheap: what happened is shared.
-  std::unique_ptr<Filter> clone() const { return std::make_unique<MotionFilter>(*this); }
+  std::unique_ptr<Filter> clone() const override { return std::make_unique<MotionFilter>(*this); }
 
   const MotionFilterConfig& config() const { return config_; }
   /// Of the models, in the order of motion::Model; none while there is no track.
@@ -124,6 +121,7 @@ class MotionFilter final : public Filter {
 
   /// Puts an event where it belongs and runs from there; its place, or none where it is too old.
   std::optional<std::size_t> take(Event event);
+  Time smoothed_since() const;
   void forget_old();
   Track run(const Event& event, std::size_t before) const;
   const motion::ModelBank& bank_for(Time last_accepted, Time to) const;

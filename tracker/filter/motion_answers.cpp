@@ -129,7 +129,7 @@ void MotionFilter::look_back(const Stretch& events, Time at, const Each& each) c
 std::vector<Estimate> MotionFilter::smoothed_from(Time from) const {
   std::vector<Estimate> out;
   if (records_.empty()) return out;
-  const Time oldest = records_.back()->event.at - from_seconds(config_.lag_s);
+  const Time oldest = smoothed_since();
   const auto events = stretch(records_.back()->event.at);
   if (!events) return out;
   Stretch all{.first = events->last, .last = events->last};
@@ -149,9 +149,7 @@ std::vector<Estimate> MotionFilter::smoothed_from(Time from) const {
 }
 
 std::optional<Estimate> MotionFilter::smoothed(Time at) const {
-  if (records_.empty() || at > records_.back()->event.at ||
-      at < records_.back()->event.at - from_seconds(config_.lag_s))
-    return std::nullopt;
+  if (records_.empty() || at > records_.back()->event.at || at < smoothed_since()) return std::nullopt;
   const auto events = stretch(at);
   if (!events) return std::nullopt;
   std::optional<Estimate> out;

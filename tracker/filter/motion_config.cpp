@@ -20,8 +20,8 @@ std::string check(const MotionFilterConfig& c) {
   const std::array ranges{
       Range{"max_speed_mps", c.max_speed_mps, 0.01, 50.0},
       Range{"max_accel_mps2", c.max_accel_mps2, 0.01, 100.0},
-      Range{"max_yaw_rate", c.max_yaw_rate, 0.01, 100.0},
-      Range{"max_yaw_accel", c.max_yaw_accel, 0.01, 1000.0},
+      Range{"max_yaw_rate_radps", c.max_yaw_rate_radps, 0.01, 100.0},
+      Range{"max_yaw_accel_radps2", c.max_yaw_accel_radps2, 0.01, 1000.0},
       Range{"manoeuvre_every_s", c.manoeuvre_every_s, 0.1, 1000.0},
       Range{"observation_bias_m", c.observation_bias_m, 0.0, 1.0},
       Range{"observation_bias_rad", c.observation_bias_rad, 0.0, 1.0},
@@ -34,7 +34,7 @@ std::string check(const MotionFilterConfig& c) {
       Range{"reacquire_observations", static_cast<double>(c.reacquire_observations), 2.0, 1000.0},
       Range{"max_gap_s", c.max_gap_s, 0.1, 1000.0},
       Range{"max_sigma_m", c.max_sigma_m, 0.001, 100.0},
-      Range{"lag_s", c.lag_s, 0.0, 10.0},
+      Range{"smoothing_lag_s", c.smoothing_lag_s, 0.0, 10.0},
   };
   for (const Range& r : ranges) {
     if (r.value >= r.low && r.value <= r.high) continue;
@@ -67,7 +67,7 @@ ModelBank model_bank(const MotionFilterConfig& c) {
   constexpr double kSpeedChange = 0.065;  // s
   constexpr double kTurnChange = 0.43;    // s
   const VelocityNoise strong = wandering(c.max_accel_mps2 * std::sqrt(kSpeedChange));
-  const VelocityNoise strong_turn = wandering(c.max_yaw_accel * std::sqrt(kTurnChange));
+  const VelocityNoise strong_turn = wandering(c.max_yaw_accel_radps2 * std::sqrt(kTurnChange));
 
   ModelBank bank;
   bank.model[kStanding].stands = true;

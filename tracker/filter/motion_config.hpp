@@ -10,10 +10,10 @@ namespace skylight {
 
 struct MotionFilterConfig {
   // The robot.
-  double max_speed_mps = 3.0;   ///< m/s, 0.01 to 50: faster is not believed
-  double max_accel_mps2 = 2.5;  ///< m/s^2, 0.01 to 100: what a manoeuvre is made of
-  double max_yaw_rate = 10.0;   ///< rad/s, 0.01 to 100
-  double max_yaw_accel = 3.2;   ///< rad/s^2, 0.01 to 1000
+  double max_speed_mps = 3.0;         ///< m/s, 0.01 to 50: faster is not believed
+  double max_accel_mps2 = 2.5;        ///< m/s^2, 0.01 to 100: what a manoeuvre is made of
+  double max_yaw_rate_radps = 10.0;   ///< rad/s, 0.01 to 100
+  double max_yaw_accel_radps2 = 3.2;  ///< rad/s^2, 0.01 to 1000
   bool holonomic = false;  ///< drives sideways as well as forward; else sideways is slipping, being carried
   double manoeuvre_every_s = 4.0;  ///< s between changes of speed or turn, on average, 0.1 to 1000
 
@@ -33,8 +33,8 @@ struct MotionFilterConfig {
   int calibration_observations = 3;  ///< in agreement until there is an estimate, 1 to 100
   int reacquire_observations = 8;    ///< refused ones in agreement until they are believed, 2 to 1000
   double max_gap_s = 5.0;            ///< without an accepted observation until lost, s, 0.1 to 1000
-  double max_sigma_m = 1.0;  ///< position's standard deviation beyond which it is lost, m, 0.001 to 100
-  double lag_s = 1.0;        ///< how far back smoothed() and late observations reach, s, 0 to 10
+  double max_sigma_m = 1.0;      ///< position's standard deviation beyond which it is lost, m, 0.001 to 100
+  double smoothing_lag_s = 1.0;  ///< how far back smoothed() and late observations reach, s, 0 to 10
 
   friend bool operator==(const MotionFilterConfig&, const MotionFilterConfig&) = default;
 };
