@@ -196,6 +196,13 @@ TrackerConfig tracker_config(const Config& config) {
   tracker.audit_interval = config.tracker.audit_interval;
   tracker.history = {.max_age = from_seconds(config.history.max_age_s),
                      .max_entries = config.history.max_entries};
+  const bool calibrated =
+      std::any_of(config.cameras.begin(), config.cameras.end(),
+                  [](const CameraConfig& camera) { return camera.uncertainty.has_value(); });
+  for (const CameraConfig& camera : config.cameras) {
+    if (calibrated)
+      tracker.calibration.push_back(camera_uncertainty(camera.uncertainty.value_or(CalibrationSigmas{})));
+  }
   return tracker;
 }
 

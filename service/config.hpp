@@ -21,6 +21,7 @@
 #include "settings/document.hpp"
 #include "tracker/appearance.hpp"
 #include "tracker/camera.hpp"
+#include "tracker/camera_uncertainty.hpp"
 #include "tracker/tracker.hpp"
 
 namespace skylight {
@@ -30,6 +31,7 @@ class Fields;
 
 // How the tracker's own settings read, for the Fields of settings/fields.hpp.
 void describe(settings::Fields& fields, Intrinsics& intrinsics);
+void describe(settings::Fields& fields, CalibrationSigmas& sigmas);
 void describe(settings::Fields& fields, MotionFilterConfig& filter);
 void describe(settings::Fields& fields, WindowFilterConfig& filter);
 void describe(settings::Fields& fields, HomographyConfig& homography);
@@ -94,6 +96,7 @@ struct CameraConfig {
   std::optional<Intrinsics> intrinsics{};
   std::optional<CameraPose> map_from_camera{};
   std::optional<OverheadPose> overhead{};
+  std::optional<CalibrationSigmas> uncertainty{};  ///< absent: known exactly
 };
 
 /// A box drawn on the source's first frame.

@@ -100,6 +100,29 @@ void describe(Fields& fields, MotionFilterConfig& filter) {
   fields.check(wrong.empty(), "", wrong);
 }
 
+void describe(Fields& fields, CalibrationSigmas& sigmas) {
+  fields.about(
+      "How well the camera is known: standard deviations by its calibration, each on its own. They are the "
+      "same "
+      "in every frame, so they stand in every published covariance and are never averaged away.");
+  fields.field("focal_px", sigmas.focal_px,
+               {.min = 0, .max = 1e5, .unit = "px", .help = "Of each focal length."});
+  fields.field("centre_px", sigmas.centre_px,
+               {.min = 0, .max = 1e5, .unit = "px", .help = "Of the optical axis' column and row."});
+  std::vector<double> distortion(sigmas.distortion.begin(), sigmas.distortion.end());
+  fields.field("distortion", distortion,
+               {.min = 0,
+                .max = 1e3,
+                .max_items = 5,
+                .help = "Of each coefficient, in the order of intrinsics.distortion. Those left out are 0."});
+  sigmas.distortion.fill(0.0);
+  std::copy(distortion.begin(), distortion.end(), sigmas.distortion.begin());
+  fields.field("position_m", sigmas.position_m,
+               {.min = 0, .max = 100, .unit = "m", .help = "Of the camera's place, along each axis of map."});
+  fields.field("rotation_rad", sigmas.rotation_rad,
+               {.min = 0, .max = 1, .unit = "rad", .help = "Of its rotation, about each axis of map."});
+}
+
 void describe(Fields& fields, WindowFilterConfig& filter) {
   fields.field("window_size", filter.window_size,
                {.min = 2, .max = 1000, .unit = "frames", .help = "Positions in the buffer."});
@@ -364,6 +387,7 @@ void describe(Fields& fields, CameraConfig& camera) {
   fields.field("intrinsics", camera.intrinsics);
   fields.field("map_from_camera", camera.map_from_camera);
   fields.field("overhead", camera.overhead, {.help = "Instead of map_from_camera."});
+  fields.field("uncertainty", camera.uncertainty, {.help = "Absent: known exactly."});
   fields.exactly_one_of({"map_from_camera", "overhead"});
   const bool scaled = camera.overhead && camera.overhead->metres_per_pixel;
   fields.check(camera.intrinsics || scaled, "intrinsics",
