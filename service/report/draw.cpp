@@ -337,7 +337,10 @@ std::string description(const Plot& plot, const Frame& frame) {
 
 std::string draw(const Plot& plot, const Canvas& canvas) {
   const Frame frame = make_frame(plot, canvas);
-  const std::vector<Look> looks = looks_of(plot);
+  std::vector<Look> looks = looks_of(plot);
+  if (canvas.width_px < 400.0) {
+    for (Look& look : looks) look.dot_px *= 0.75;
+  }
   const std::string id = plot.id + canvas.id_suffix;
   const std::string size = px(frame.width) + "\" height=\"" + px(frame.height);
   std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" width=\"" + size +

@@ -109,7 +109,7 @@ class Page {
     std::string out = "<section aria-labelledby=\"" + section.id + "\">\n<" + tag + " id=\"" + section.id +
                       "\">" + number + title + "</" + tag + ">\n";
     for (const Block& block : section.blocks) {
-      out += std::visit([this](const auto& part) { return write_block(part); }, block);
+      out += std::visit([this](const auto& part) { return this->write_block(part); }, block);
     }
     return out + "</section>\n";
   }

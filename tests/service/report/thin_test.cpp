@@ -95,6 +95,22 @@ TEST(ThinDots, KeepsTheOutermostAndOneNearEachThatGoes) {
   }
 }
 
+TEST(ThinDots, KeepsTheOutermostOfMuchCloserOnes) {
+  std::vector<Point> cluster;
+  for (std::uint64_t i = 0; i < 500; ++i)
+    cluster.push_back({20.0 + 0.1 * noise(2 * i), 30.0 + 0.1 * noise(2 * i + 1)});
+  const std::vector<std::size_t> kept = thin_dots(cluster);
+  EXPECT_LT(kept.size(), 12u);
+  const auto leftmost =
+      std::min_element(cluster.begin(), cluster.end(), [](Point a, Point b) { return a.x < b.x; });
+  const auto highest =
+      std::max_element(cluster.begin(), cluster.end(), [](Point a, Point b) { return a.y < b.y; });
+  for (const auto outer : {leftmost, highest}) {
+    EXPECT_TRUE(
+        std::binary_search(kept.begin(), kept.end(), static_cast<std::size_t>(outer - cluster.begin())));
+  }
+}
+
 TEST(ThinDots, KeepsAllOfAFewAndOneOfManyAtOnePlace) {
   EXPECT_EQ(thin_dots({{1, 1}, {5, 5}, {9, 2}}).size(), 3u);
   EXPECT_EQ(thin_dots(std::vector<Point>(1000, Point{3.0, 4.0})).size(), 1u);
