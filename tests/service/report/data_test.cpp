@@ -26,6 +26,8 @@ TEST(Clean, KeepsUtf8AndReplacesWhatXmlForbids) {
   EXPECT_EQ(clean(std::string("a\0b", 3)), "a" + bad + "b");
   EXPECT_EQ(clean("\x1B"), bad);
   EXPECT_EQ(clean("\xC0\x80"), bad + bad) << "an overlong zero";
+  EXPECT_EQ(clean("\xE0\x80\xAF"), bad + bad + bad) << "an overlong slash";
+  EXPECT_EQ(clean("\xF0\x80\x80\xAF"), bad + bad + bad + bad) << "a longer one";
   EXPECT_EQ(clean("\xED\xA0\x80"), bad + bad + bad) << "a surrogate";
   EXPECT_EQ(clean("\xE2\x88"), bad + bad) << "cut off";
   EXPECT_EQ(clean("\xF5\x80\x80\x80"), bad + bad + bad + bad) << "beyond Unicode";

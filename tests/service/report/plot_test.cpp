@@ -187,6 +187,10 @@ TEST(Plot, SaysHowManyPointsCannotBeShown) {
   EXPECT_THAT(svg(plot), HasSubstr(">Not shown: 1 point infinite.<"));
 }
 
+TEST(Plot, SaysNothingOfValuesThatAreMissing) {
+  EXPECT_THAT(svg(one_series({.x = {1, 2, 3}, .y = {1, kNan, 3}})), Not(HasSubstr("Not shown")));
+}
+
 TEST(Plot, SaysThatThereAreNoData) {
   const std::string picture = svg(one_series({.name = "nothing", .x = {1.0}, .y = {kNan}}));
   EXPECT_THAT(picture, HasSubstr(">no data<"));
