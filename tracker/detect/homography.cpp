@@ -24,8 +24,8 @@ cv::Mat to_grey(const cv::Mat& image) {
   return grey;
 }
 
-Correspondences match(const HomographyFeatures& object, const HomographyFeatures& scene,
-                      const HomographyConfig& config) {
+Correspondences correspondences(const HomographyFeatures& object, const HomographyFeatures& scene,
+                                const HomographyConfig& config) {
   const auto& query = config.match_object_to_scene ? object : scene;
   const auto& train = config.match_object_to_scene ? scene : object;
   Correspondences out;
@@ -110,25 +110,30 @@ HomographyDetector::HomographyDetector(std::shared_ptr<const Appearance> appeara
   object_ = extract_homography_features(image, config.features);
 }
 
-std::optional<Observation> HomographyDetector::detect(const Frame& frame, const HomographyFeatures& scene,
-                                                      const CameraModel& camera,
-                                                      double surface_height_m) const {
-  const Correspondences pairs = match(object_, scene, config_);
+std::optional<HomographyMatch> HomographyDetector::match(const HomographyFeatures& scene) const {
+  const Correspondences pairs = correspondences(object_, scene, config_);
   if (pairs.object.size() < static_cast<std::size_t>(config_.min_inliers)) return std::nullopt;
   cv::Mat inlier;
   const cv::Mat homography =
       cv::findHomography(pairs.object, pairs.scene, cv::RANSAC, config_.ransac_px, inlier);
   const int inliers = homography.empty() ? 0 : cv::countNonZero(inlier);
   if (inliers < config_.min_inliers) return std::nullopt;
-
   const cv::Point2d centre((object_size_.width - 1) / 2.0, (object_size_.height - 1) / 2.0);
-  const Pixel at = mapped(homography, centre);
-  const Pixel ahead = mapped(homography, {centre.x, centre.y - config_.picture_px / 4.0});
-  if (!at.allFinite() || !ahead.allFinite() || !camera.sees(at)) return std::nullopt;
+  return HomographyMatch{.centre = mapped(homography, centre),
+                         .ahead = mapped(homography, {centre.x, centre.y - config_.picture_px / 4.0}),
+                         .inliers = inliers,
+                         .matches = static_cast<int>(pairs.object.size())};
+}
+
+std::optional<Observation> HomographyDetector::observe(const HomographyMatch& match, const Frame& frame,
+                                                       const CameraModel& camera,
+                                                       double surface_height_m) const {
+  const Pixel& at = match.centre;
+  if (!at.allFinite() || !match.ahead.allFinite() || !camera.sees(at)) return std::nullopt;
   const auto floor = to_floor(at, frame, camera, surface_height_m, config_.drop);
   Eigen::Matrix2d metres_by_px;
   const auto from = camera.plane_from_pixel(at, surface_height_m, &metres_by_px);
-  const auto to = camera.plane_from_pixel(ahead, surface_height_m);
+  const auto to = camera.plane_from_pixel(match.ahead, surface_height_m);
   if (!floor || !from || !to || (*to - *from).norm() < 1e-9) return std::nullopt;
 
   Observation observation{
@@ -136,16 +141,23 @@ std::optional<Observation> HomographyDetector::detect(const Frame& frame, const 
   const double yaw = std::atan2(to->y() - from->y(), to->x() - from->x());
   const Eigen::Vector2d base = *floor - Eigen::Rotation2Dd(yaw) * config_.reference_m;
   observation.pose = {base.x(), base.y(), wrap_angle(yaw)};
-  observation.score = static_cast<double>(inliers) / static_cast<double>(pairs.object.size());
+  observation.score = static_cast<double>(match.inliers) / match.matches;
   // Eight parameters from 2 n coordinates, each within the RANSAC threshold: sigma^2 * 8 / (2 n) at the
   // centre.
   const double sigma_px = config_.ransac_px / 2.0;
-  const double position_px = sigma_px * std::sqrt(4.0 / inliers);
+  const double position_px = sigma_px * std::sqrt(4.0 / match.inliers);
   observation.covariance.setZero();
   observation.covariance.topLeftCorner<2, 2>() =
       position_px * position_px * metres_by_px * metres_by_px.transpose();
   observation.covariance(2, 2) = std::pow(position_px / (config_.picture_px / 4.0), 2);
   return observation;
+}
+
+std::optional<Observation> HomographyDetector::detect(const Frame& frame, const HomographyFeatures& scene,
+                                                      const CameraModel& camera,
+                                                      double surface_height_m) const {
+  const auto found = match(scene);
+  return found ? observe(*found, frame, camera, surface_height_m) : std::nullopt;
 }
 
 }  // namespace skylight

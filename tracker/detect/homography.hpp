@@ -45,6 +45,14 @@ struct HomographyFeatures {
 /// Features of a whole frame: once per frame, for all robots with the same number of features.
 HomographyFeatures extract_homography_features(const cv::Mat& image, int features);
 
+/// Where a homography puts the picture in a frame.
+struct HomographyMatch {
+  Pixel centre;     ///< of the picture
+  Pixel ahead;      ///< of a point a quarter of the picture ahead of it
+  int inliers = 0;  ///< correspondences that agree with it ...
+  int matches = 0;  ///< ... of so many
+};
+
 class HomographyDetector {
  public:
   /// Throws std::invalid_argument with check()'s message.
@@ -57,6 +65,11 @@ class HomographyDetector {
   /// the plane of the picture's height instead.
   std::optional<Observation> detect(const Frame& frame, const HomographyFeatures& scene,
                                     const CameraModel& camera, double surface_height_m) const;
+
+  // The two halves of detect(), for whoever carries one match to the floor in several ways.
+  std::optional<HomographyMatch> match(const HomographyFeatures& scene) const;
+  std::optional<Observation> observe(const HomographyMatch& match, const Frame& frame,
+                                     const CameraModel& camera, double surface_height_m) const;
 
  private:
   std::shared_ptr<const Appearance> appearance_;
