@@ -176,6 +176,8 @@ void describe(Fields& fields, SearchConfig& search) {
                {.min = 64, .max = 4096, .unit = "px", .help = "Side of the part looked at in one step."});
   fields.field("steps_per_frame", search.steps_per_frame,
                {.min = 1, .max = 100, .help = "Steps per frame, over all robots that are searched."});
+  fields.field("first_steps_per_frame", search.first_steps_per_frame,
+               {.min = 1, .max = 100, .help = "The same while no robot is tracked that this could hold up."});
 }
 
 namespace service {

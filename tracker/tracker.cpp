@@ -102,6 +102,10 @@ void check_config(const TrackerConfig& config) {
     throw std::invalid_argument("search.steps_per_frame is " + std::to_string(config.search.steps_per_frame) +
                                 ", allowed 1 to 100");
   }
+  if (config.search.first_steps_per_frame < 1 || config.search.first_steps_per_frame > 100) {
+    throw std::invalid_argument("search.first_steps_per_frame is " +
+                                std::to_string(config.search.first_steps_per_frame) + ", allowed 1 to 100");
+  }
   if (config.audit_interval < 0) {
     throw std::invalid_argument("audit_interval is " + std::to_string(config.audit_interval) +
                                 ", allowed 0 and up");
@@ -214,7 +218,10 @@ void Tracker::Impl::search(const Frame& frame) {
     if (track->searched) waiting.push_back(track.get());
   }
   if (waiting.empty()) return;
-  const auto steps = static_cast<std::size_t>(config.search.steps_per_frame);
+  const bool nobody = std::none_of(tracks.begin(), tracks.end(),
+                                   [](const auto& track) { return track->expected.has_value(); });
+  const auto steps =
+      static_cast<std::size_t>(nobody ? config.search.first_steps_per_frame : config.search.steps_per_frame);
   for (std::size_t step = 0; step < steps; ++step) {
     Track& track = *waiting[search_turn++ % waiting.size()];
     if (!track.observed) search_step(track, frame);

@@ -38,7 +38,8 @@ struct RobotSpec {
 struct SearchConfig {
   int tile_px =
       256;  ///< side of the part of a frame that one step of a whole-floor search looks at, 64 to 4096
-  int steps_per_frame = 1;  ///< tiles looked at per frame, over all robots that are searched: 1 to 100
+  int steps_per_frame = 1;        ///< tiles looked at per frame, over all robots that are searched: 1 to 100
+  int first_steps_per_frame = 3;  ///< the same while no robot is tracked that this could hold up: 1 to 100
 };
 
 struct TrackerConfig {

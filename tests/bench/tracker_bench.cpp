@@ -93,6 +93,7 @@ void search(benchmark::State& state, const std::shared_ptr<const Appearance>& ap
   const int steps = steps_of_a_sweep(room, *appearance);
   TrackerConfig config;
   config.search.steps_per_frame = whole_floor ? steps : 1;
+  config.search.first_steps_per_frame = config.search.steps_per_frame;
   Tracker tracker({room.camera}, config);
   tracker.add({.id = "absent", .appearance = appearance});
   Player player(room);
