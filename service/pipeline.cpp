@@ -86,6 +86,7 @@ void Pipeline::install(std::vector<NamedCamera> cameras) {
   unreadable_.assign(cameras.size(), 0);
   recent_.assign(cameras.size(), {});
   bad_source_frames_ = 0;
+  odometry_.clear();
   next_ = Snapshot{.sequence = next_.sequence, .source_error = {}, .robots = {}, .cameras = {}};
   for (NamedCamera& camera : cameras) {
     next_.cameras.push_back({.id = std::move(camera.id),
@@ -245,6 +246,8 @@ void Pipeline::track() {
 
 void Pipeline::process(const Frame& frame) {
   const auto begin = std::chrono::steady_clock::now();
+  for (const HeardOdometry& said : odometry_.take(frame.captured))
+    tracker_.odometry(said.robot, said.velocity);
   try {
     tracker_.process(frame);
   } catch (const std::exception& e) {  // a bad frame is counted and skipped, never fatal
@@ -287,7 +290,12 @@ void Pipeline::run_changes(std::vector<Change>& changes) {
 
 void Pipeline::take_specs() {
   specs_.clear();
-  for (const RobotSpec& spec : tracker_.robots()) specs_.push_back(std::make_shared<const RobotSpec>(spec));
+  std::set<std::string> ids;
+  for (const RobotSpec& spec : tracker_.robots()) {
+    specs_.push_back(std::make_shared<const RobotSpec>(spec));
+    ids.insert(spec.id);
+  }
+  odometry_.keep_only(ids);
 }
 
 void Pipeline::publish() {

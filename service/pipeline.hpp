@@ -3,7 +3,9 @@
 //   capture  -- newest frame -->  track  -- snapshot -->  any number of readers
 //
 // The capture thread hands on the newest frame only: one that was not taken in time is dropped and counted.
-// The tracking thread never waits for readers; changes (add a robot, ...) run on it between frames.
+// The tracking thread never waits for readers; changes (add a robot, ...) run on it between frames. What
+// robots say of themselves waits in an inbox of its own for the frame that is as new: nobody who says it
+// waits.
 #pragma once
 
 #include <chrono>
@@ -15,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "service/odometry_inbox.hpp"
 #include "service/snapshot.hpp"
 #include "service/sources/source.hpp"
 
@@ -63,6 +66,10 @@ class Pipeline {
   /// start() it waits.
   void change(const std::function<void(Tracker&)>& change);
 
+  /// What robots say of their motion; handed to the tracker before the first frame that is as new. Robots
+  /// that are gone are forgotten, all of them by restart().
+  OdometryInbox& odometry() { return odometry_; }
+
  private:
   struct Change {
     const std::function<void(Tracker&)>* run;
@@ -84,6 +91,7 @@ class Pipeline {
   void set_source(SourceState state, const std::string& error);
 
   PipelineOptions options_;
+  OdometryInbox odometry_;
   std::shared_ptr<FrameSource> source_;
   Tracker tracker_;
 

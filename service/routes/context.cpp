@@ -8,10 +8,26 @@ namespace skylight::service {
 namespace {
 
 constexpr double kLatestUnixSeconds = 7'258'118'400.0;  // 2200-01-01
+constexpr const char* kUnixSeconds = "Unix seconds, 0 to 7258118400";
 
 [[noreturn]] void refuse_parameter(const std::string& name, const std::string& value,
                                    const std::string& allowed) {
   throw http::Problem(400, "Bad query parameter", name + " is '" + value + "', allowed: " + allowed);
+}
+
+// As JSON writes numbers: no space, no sign before a plus, no hexadecimal, no infinity.
+std::optional<double> parse_number(const std::string& text) {
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::optional<Time> parse_time(const std::string& text) {
+  const auto seconds = parse_number(text);
+  if (!seconds || *seconds < 0.0 || *seconds > kLatestUnixSeconds) return std::nullopt;
+  return from_unix_seconds(*seconds);
 }
 
 }  // namespace
@@ -41,24 +57,29 @@ http::Reply json_reply(const Json& body, int status) {
   return {.status = status, .body = body.dump() + "\n"};
 }
 
-// As JSON writes numbers: no space, no sign before a plus, no hexadecimal, no infinity.
 std::optional<double> query_number(const http::Request& request, const std::string& name) {
   const std::string* text = request.query_value(name);
   if (text == nullptr) return std::nullopt;
-  double value = 0.0;
-  const char* end = text->data() + text->size();
-  const auto [stop, error] = std::from_chars(text->data(), end, value);
-  if (error != std::errc() || stop != end || !std::isfinite(value))
-    refuse_parameter(name, *text, "a finite number");
+  const auto value = parse_number(*text);
+  if (!value) refuse_parameter(name, *text, "a finite number");
   return value;
 }
 
 std::optional<Time> query_time(const http::Request& request, const std::string& name) {
-  const auto seconds = query_number(request, name);
-  if (!seconds) return std::nullopt;
-  if (*seconds < 0.0 || *seconds > kLatestUnixSeconds)
-    refuse_parameter(name, *request.query_value(name), "Unix seconds, 0 to 7258118400");
-  return from_unix_seconds(*seconds);
+  const std::string* text = request.query_value(name);
+  if (text == nullptr) return std::nullopt;
+  const auto time = parse_time(*text);
+  if (!time) refuse_parameter(name, *text, kUnixSeconds);
+  return time;
+}
+
+AskedInstant query_instant(const http::Request& request, const std::string& name) {
+  const std::string* text = request.query_value(name);
+  if (text == nullptr) return {};
+  if (*text == "now") return {.now = true};
+  const auto time = parse_time(*text);
+  if (!time) refuse_parameter(name, *text, std::string("now, or ") + kUnixSeconds);
+  return {.at = time};
 }
 
 std::optional<PoseKind> query_kind(const http::Request& request) {

@@ -50,6 +50,7 @@ void add_robot_routes(http::Router& router, const RouteContext& context);
 void add_pose_routes(http::Router& router, const RouteContext& context);
 void add_appearance_routes(http::Router& router, const RouteContext& context);
 void add_camera_routes(http::Router& router, const RouteContext& context);
+void add_odometry_routes(http::Router& router, const RouteContext& context);
 void add_simulator_routes(http::Router& router, const RouteContext& context);
 
 // What several of them need. Those that read a request throw http::Problem with the parameter's name, its
@@ -61,6 +62,12 @@ http::Reply json_reply(const Json& body, int status = 200);
 std::optional<double> query_number(const http::Request& request, const std::string& name);
 /// Unix seconds, within the years 1970 to 2200.
 std::optional<Time> query_time(const http::Request& request, const std::string& name);
+/// The same, or `now`.
+struct AskedInstant {
+  bool now = false;
+  std::optional<Time> at{};  ///< none where it is `now`, or absent
+};
+AskedInstant query_instant(const http::Request& request, const std::string& name);
 std::optional<PoseKind> query_kind(const http::Request& request);
 /// Refuses parameters that a route does not know: a typo must not pass for a default.
 void check_query(const http::Request& request, std::initializer_list<std::string_view> known);

@@ -7,6 +7,19 @@
 namespace skylight::service {
 namespace {
 
+// `now` is the present, to which only a prediction reaches; without `at` it is the newest frame that answers.
+PoseQuery query_of(const http::Request& request) {
+  const AskedInstant asked = query_instant(request, "at");
+  const auto kind = query_kind(request);
+  if (!asked.now) return {.at = asked.at, .kind = kind};
+  if (kind && *kind != PoseKind::predicted) {
+    throw http::Problem(422, "No answer for that instant",
+                        "kind is " + std::string(to_string(*kind)) +
+                            ", but at is now, allowed: predicted (leave out at for the newest frame's pose)");
+  }
+  return {.at = {}, .kind = PoseKind::predicted};
+}
+
 PoseAnswer answer_or_refuse(const Snapshot& snapshot, const RobotSnapshot& robot, const PoseQuery& query,
                             const QueryContext& context) {
   try {
@@ -21,7 +34,7 @@ http::Reply get_pose(const http::Request& request, const RouteContext& context) 
   const auto snapshot = context.pipeline.snapshot();
   const RobotSnapshot& robot = robot_of(request, *snapshot);
   const QueryContext around{.now = context.pipeline.now(), .horizon = context.horizon};
-  const PoseQuery query{.at = query_time(request, "at"), .kind = query_kind(request)};
+  const PoseQuery query = query_of(request);
   return json_reply(to_json(answer_or_refuse(*snapshot, robot, query, around), around.now));
 }
 
@@ -30,7 +43,7 @@ http::Reply get_poses(const http::Request& request, const RouteContext& context)
   check_query(request, {"at", "kind", "limit", "offset"});
   const auto snapshot = context.pipeline.snapshot();
   const QueryContext around{.now = context.pipeline.now(), .horizon = context.horizon};
-  const PoseQuery query{.at = query_time(request, "at"), .kind = query_kind(request)};
+  const PoseQuery query = query_of(request);
   std::vector<Json> items;
   std::optional<std::string> refused;
   for (const RobotSnapshot& robot : snapshot->robots) {

@@ -5,6 +5,15 @@
 namespace skylight::service {
 namespace {
 
+// Filters have a type, and the keys of one type are not another's.
+bool of_another_type(const settings::Node& a, const settings::Node& b) {
+  const auto type = [](const settings::Node& node) {
+    const settings::Node* there = node.find("type");
+    return there != nullptr ? std::get_if<std::string>(&there->scalar) : nullptr;
+  };
+  return type(a) != nullptr && type(b) != nullptr && *type(a) != *type(b);
+}
+
 // What `from` says and `into` does not: a change names only the keys that it changes.
 void add_missing(settings::Node& into, const settings::Node& from) {
   for (std::size_t i = 0; i < from.children.size(); ++i) {
@@ -12,7 +21,8 @@ void add_missing(settings::Node& into, const settings::Node& from) {
       into.keys.push_back(from.keys[i]);
       into.children.push_back(from.children[i]);
     } else if (there->kind == settings::Node::Kind::object &&
-               from.children[i].kind == settings::Node::Kind::object) {
+               from.children[i].kind == settings::Node::Kind::object &&
+               !of_another_type(*there, from.children[i])) {
       add_missing(*there, from.children[i]);
     }
   }

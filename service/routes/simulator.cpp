@@ -233,25 +233,6 @@ http::Reply drive(const http::Request& request, const RouteContext& context) {
   });
 }
 
-http::Reply get_odometry(const http::Request& request, const RouteContext& context) {
-  check_query(request, {});
-  const auto live = simulator_of(context);
-  const SimulatedRobot& robot = simulated_robot(request, *live);
-  const auto report = live->odometry(robot.id);
-  if (!report)
-    throw http::Problem(404, "No odometry", "robot '" + robot.id + "' has not reported its odometry yet");
-  return json_reply(
-      {{"robot", robot.id},
-       {"stamp", unix_seconds(report->at)},
-       {"frame", "odom"},
-       {"pose",
-        {{"x", number(report->pose.x)}, {"y", number(report->pose.y)}, {"yaw", number(report->pose.yaw)}}},
-       {"twist",
-        {{"v_mps", number(report->v_mps)},
-         {"side_mps", number(report->side_mps)},
-         {"w_radps", number(report->w_radps)}}}});
-}
-
 http::Reply list_events(const http::Request& request, const RouteContext& context) {
   check_query(request, {"since", "limit", "offset"});
   const auto live = simulator_of(context);
@@ -290,7 +271,6 @@ void add_simulator_routes(http::Router& router, const RouteContext& context) {
   router.add("POST", "/api/v1/simulator/actions", bound(post_action), slow);
   router.add("GET", "/api/v1/simulator/events", bound(list_events));
   router.add("POST", "/api/v1/robots/{id}/cmd_vel", bound(drive), slow);
-  router.add("GET", "/api/v1/robots/{id}/odometry", bound(get_odometry));
 }
 
 }  // namespace skylight::service

@@ -118,16 +118,45 @@ class Poses(Case):
         self.assertLess(apart, 2 * SPEED_MPS * (at - now["pose"]["captured"]) + 0.1, answer)
 
     def test_now_can_be_predicted(self):
-        pose = self.pose_of("anna", kind="predicted")["pose"]
-        self.assertEqual(pose["kind"], "predicted")
-        self.assertAlmostEqual(pose["horizon"], pose["age"], delta=0.2)
+        for query in ({"kind": "predicted"}, {"at": "now"}, {"at": "now", "kind": "predicted"}):
+            with self.subTest(query=query):
+                answer = self.pose_of("anna", **query)
+                pose = answer["pose"]
+                self.assertEqual(pose["kind"], "predicted")
+                self.assertAlmostEqual(pose["at"], answer["published"], delta=2e-6)
+                self.assertAlmostEqual(pose["horizon"], pose["age"], delta=2e-6)
+        for answer in self.get("listPoses", query={"at": "now"})["items"]:
+            self.assertIn((answer["pose"] or pose)["kind"], ("predicted",), answer)
+        self.problem("getPose", 400, "soon", "now", "Unix seconds", path={"id": "anna"}, query={"at": "soon"})
+
+    def test_smoothed_poses_are_there_final_or_not(self):
+        newest = self.pose_of("anna", kind="smoothed")["pose"]
+        self.assertEqual((newest["kind"], newest["horizon"]), ("smoothed", 0))
+        self.poses_now(lambda pose: pose["captured"] > newest["captured"] + 2.5)
+        final = self.get("getPose", {"id": "anna"}, {"kind": "smoothed", "at": f"{newest['captured']:.6f}"})["pose"]
+        self.assertEqual((final["kind"], final["captured"]), ("smoothed", newest["captured"]))
+        self.assertLess(math.dist((final["x"], final["y"]), (newest["x"], newest["y"])), 0.05)
+        self.assertLessEqual(final["covariance"][0], newest["covariance"][0])
+        points = self.trajectory(kind="smoothed")
+        self.assertEqual(points["kind"], "smoothed")
+        times = [p["captured"] for p in points["points"]]
+        self.assertEqual(times, sorted(set(times)))
+        self.assertIn(newest["captured"], times)
+
+    def test_a_filter_without_a_smoother_says_so(self):
+        self.addCleanup(self.service.request, "DELETE", "/api/v1/robots/paper")
+        self.call("addRobot", 201, body={"id": "paper", "appearance": "anna", "filter": {"type": "window"}})
+        for operation in ("getPose", "getTrajectory"):
+            self.problem(operation, 422, "smoothed", "no smoother", path={"id": "paper"}, query={"kind": "smoothed"})
 
     def test_questions_without_an_answer_are_refused(self):
         now = self.poses_now()["published"]
         for query, words in (({"at": now + 3600}, ("at", "horizon")),
                              ({"at": now + 1.5, "kind": "measured"}, ("measured",)),
+                             ({"at": now + 1.5, "kind": "smoothed"}, ("smoothed",)),
                              ({"at": now - 0.5, "kind": "predicted"}, ("predicted",)),
-                             ({"kind": "smoothed"}, ("smoothed", "measured"))):
+                             ({"at": "now", "kind": "filtered"}, ("filtered", "now", "predicted")),
+                             ({"at": "now", "kind": "smoothed"}, ("smoothed", "now", "predicted"))):
             with self.subTest(query=query):
                 self.problem("getPose", 422, *words, path={"id": "anna"}, query=query)
                 self.problem("listPoses", 422, *words, query=query)
@@ -162,6 +191,5 @@ class Poses(Case):
         self.assertTrue(points)
         self.assertEqual({str(p["velocity"]) for p in points}, {"None"})
         self.problem("getTrajectory", 422, "from", path={"id": "anna"}, query={"from": 2000, "to": 1000})
-        for kind in ("smoothed", "predicted"):
-            self.problem("getTrajectory", 422, kind, path={"id": "anna"}, query={"kind": kind})
+        self.problem("getTrajectory", 422, "predicted", path={"id": "anna"}, query={"kind": "predicted"})
         self.assertEqual(self.trajectory(to=1000)["points"], [])

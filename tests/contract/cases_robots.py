@@ -2,20 +2,26 @@
 import math
 import re
 
-from fixture import CONFIGURED_ALPHA, Case
+from fixture import CONFIGURED_GATE, Case
 
 COPY = "copy"
 
 
-def leaves(contract, schema, path=()):
-    """Each value of an object's schema, with its path: ("filter", "alpha"), {...}."""
+def leaves(contract, schema, path=(), beside=None):
+    """Each value of an object's schema, with its path and what must stand beside it: ("filter", "gate"), {...},
+    {"type": "motion"}."""
     schema = contract.resolve(schema)
-    schema = contract.resolve(schema["oneOf"][0]) if "oneOf" in schema else schema
-    if "properties" not in schema:
-        yield path, schema
+    for each in schema.get("anyOf", []):
+        kind = contract.resolve(each)["properties"]["type"]["const"]
+        yield from leaves(contract, each, path, {"type": kind})
+    if "anyOf" in schema:
         return
+    if "properties" not in schema:
+        yield path, schema, beside or {}
+        return
+    needed = {name: 0 for name in schema.get("required", [])}
     for name, part in schema["properties"].items():
-        yield from leaves(contract, part, path + (name,))
+        yield from leaves(contract, part, path + (name,), beside or needed)
 
 
 def nested(path, value):
@@ -52,7 +58,7 @@ class Robots(Case):
         page = self.get("listRobots")
         self.assertEqual([robot["id"] for robot in page["items"]], ["anna", "ben"])
         for robot in page["items"]:
-            self.assertEqual(robot["filter"]["alpha"], CONFIGURED_ALPHA)
+            self.assertEqual(robot["filter"]["gate"], CONFIGURED_GATE)
             self.assertEqual(robot, {**self.get("getRobot", {"id": robot["id"]}), "status": robot["status"]})
 
     def test_a_robot_is_added_changed_and_removed(self):
@@ -62,9 +68,9 @@ class Robots(Case):
         self.assertEqual((robot["id"], robot["appearance"], robot["status"]["copies"]), (COPY, "anna", 2))
         self.assertEqual(self.get("listRobots")["total"], 3)
 
-        changed = self.call("changeRobot", 200, {"id": COPY}, body={"filter": {"alpha": 0.2}}).json()
+        changed = self.call("changeRobot", 200, {"id": COPY}, body={"filter": {"gate": 12}}).json()
         shown = self.get("getRobot", {"id": COPY})
-        self.assertEqual(shown["filter"], {**robot["filter"], "alpha": 0.2})
+        self.assertEqual(shown["filter"], {**robot["filter"], "gate": 12})
         self.assertEqual(changed["filter"], shown["filter"])
         for key in ("appearance", "detector", "homography"):
             self.assertEqual(shown[key], robot[key])
@@ -72,11 +78,19 @@ class Robots(Case):
         self.call("removeRobot", 204, {"id": COPY})
         for operation in ("getRobot", "getPose", "getTrajectory", "removeRobot"):
             self.problem(operation, 404, COPY, path={"id": COPY})
-        self.problem("changeRobot", 404, COPY, path={"id": COPY}, body={"filter": {"alpha": 0.2}})
+        self.problem("changeRobot", 404, COPY, path={"id": COPY}, body={"filter": {"gate": 12}})
         self.assertEqual(self.get("listRobots")["total"], 2)
 
     def test_a_robot_that_is_added_takes_what_the_configuration_says(self):
-        self.assertEqual(self.add_copy().json()["filter"]["alpha"], CONFIGURED_ALPHA)
+        self.assertEqual(self.add_copy().json()["filter"]["gate"], CONFIGURED_GATE)
+
+    def test_a_robot_takes_another_filter_with_that_ones_defaults(self):
+        self.add_copy()
+        window = self.call("changeRobot", 200, {"id": COPY}, body={"filter": {"type": "window"}}).json()["filter"]
+        self.assertEqual((window["type"], window["window_size"], window["alpha"]), ("window", 12, 0.3))
+        motion = self.call("changeRobot", 200, {"id": COPY}, body={"filter": {"type": "motion"}}).json()["filter"]
+        self.assertEqual((motion["type"], motion["gate"]), ("motion", 16.3))
+        self.problem("changeRobot", 422, "filter.type", "kalman", path={"id": COPY}, body={"filter": {"type": "kalman"}})
 
     def test_what_a_robot_says_itself_is_kept(self):
         said = {"surface_height_m": 0.2, "detector": "homography", "filter": {"type": "window", "window_size": 7},
@@ -97,19 +111,21 @@ class Robots(Case):
 
     def test_a_change_out_of_range_is_refused_naming_key_value_and_range(self):
         self.add_copy()
-        self.problem("changeRobot", 422, "filter.alpha", "500", "100", path={"id": COPY},
-                     body={"filter": {"alpha": 500}})
+        self.problem("changeRobot", 422, "filter.gate", "5000", "1000", path={"id": COPY},
+                     body={"filter": {"gate": 5000}})
         self.problem("changeRobot", 422, "id", path={"id": COPY}, body={"id": "other"})
-        self.problem("changeRobot", 422, "alhpa", "alpha", path={"id": COPY}, body={"filter": {"alhpa": 0.2}})
-        self.assertEqual(self.get("getRobot", {"id": COPY})["filter"]["alpha"], CONFIGURED_ALPHA)
+        self.problem("changeRobot", 422, "gaet", "gate", path={"id": COPY}, body={"filter": {"gaet": 12}})
+        self.problem("changeRobot", 422, "alpha", path={"id": COPY}, body={"filter": {"type": "motion", "alpha": 0.2}})
+        self.assertEqual(self.get("getRobot", {"id": COPY})["filter"]["gate"], CONFIGURED_GATE)
 
     def test_every_setting_takes_the_ends_of_its_range_and_nothing_beyond(self):
         self.add_copy()
-        for path, schema in leaves(self.contract, {"$ref": "#/components/schemas/RobotChange"}):
-            place = nested(path[1:], None)  # initial_pose needs its x and y
-            base = {"x_m": 0, "y_m": 0} if path[0] == "initial_pose" else {}
+        for path, schema, beside in leaves(self.contract, {"$ref": "#/components/schemas/RobotChange"}):
+            def body_with(value):
+                return nested(path[:1], {**beside, **nested(path[1:], value)} if len(path) > 1 else value)
+
             for value, named in bad_values(schema):
-                body = nested(path[:1], {**base, **nested(path[1:], value)} if place is not None else value)
+                body = body_with(value)
                 with self.subTest(key=".".join(path), value=value):
                     words = () if isinstance(named, (int, float)) else (named,)
                     detail = self.problem("changeRobot", 422, path[-1], *words, path={"id": COPY}, body=body)
@@ -117,7 +133,7 @@ class Robots(Case):
                         numbers = [float(n) for n in re.findall(r"-?\d[\d.]*(?:e[+-]?\d+)?", detail)]
                         self.assertIn(named, numbers, detail)
             for value in [schema[end] for end in ("minimum", "maximum") if end in schema] + schema.get("enum", []):
-                body = nested(path[:1], {**base, **nested(path[1:], value)} if place is not None else value)
+                body = body_with(value)
                 with self.subTest(key=".".join(path), value=value):
                     shown = self.call("changeRobot", 200, {"id": COPY}, body=body).json()
                     for name in path:

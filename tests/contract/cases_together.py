@@ -37,7 +37,8 @@ class Together(Case):
             def run():
                 for _ in range(ROUNDS):
                     self.unless_busy("addRobot", 201, body={"id": name, "appearance": "anna"})
-                    self.unless_busy("changeRobot", 200, {"id": name}, body={"filter": {"alpha": 0.4}})
+                    self.unless_busy("postOdometry", 202, {"id": name}, body={"v_mps": 0, "w_radps": 0})
+                    self.unless_busy("changeRobot", 200, {"id": name}, body={"filter": {"gate": 12}})
                     self.unless_busy("removeRobot", 204, {"id": name})
             return run
 

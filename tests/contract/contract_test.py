@@ -8,13 +8,14 @@ import unittest
 import fixture
 from cases_description import Description
 from cases_ended import Ended
+from cases_odometry import Odometry
 from cases_poses import Poses
 from cases_refusals import Refusals
 from cases_robots import Appearances, Cameras, Robots
 from cases_simulator import Simulator
 from cases_together import Health, Together
 
-CASES = (Description, Refusals, Poses, Robots, Appearances, Cameras, Health, Together, Simulator, Ended)
+CASES = (Description, Refusals, Poses, Odometry, Robots, Appearances, Cameras, Health, Together, Simulator, Ended)
 
 
 def suite(names):

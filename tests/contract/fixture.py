@@ -10,7 +10,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 TRACKED_WITHIN_S = 90
 # Unlike the built-in default: a robot that is added must take what the configuration says.
-CONFIGURED_ALPHA = 0.28
+CONFIGURED_GATE = 18
 
 
 class World:
@@ -23,8 +23,7 @@ class World:
 def set_up(program):
     World.program = program
     World.contract = Contract(ROOT / "service" / "openapi.json")
-    # A short window: a machine that is slow gives few frames, and the filter lags by them.
-    settings = [f"tracker.filter.alpha={CONFIGURED_ALPHA}", "tracker.filter.window_size=5"]
+    settings = [f"tracker.filter.gate={CONFIGURED_GATE}"]
     World.service = Service(program, str(HERE / "room.json"), settings)
 
 

@@ -1,5 +1,7 @@
 #include "service/pose_query.hpp"
 
+#include <numeric>
+
 #include <gmock/gmock.h>
 
 #include "tests/service/line_history.hpp"
@@ -143,6 +145,77 @@ TEST(PoseQuery, KindsThatCannotBeAtAnInstantAreRefused) {
   EXPECT_THAT(refusal(line, {.kind = PoseKind::smoothed}),
               HasSubstr("allowed measured, filtered, predicted"));
   EXPECT_THAT(refusal(line, {.at = Line::at(10), .kind = PoseKind::smoothed}), HasSubstr("no smoother"));
+}
+
+TEST(PoseQuery, SmoothedAtTheNewestFrameIsTheFilteredPose) {
+  const Line line(kFrames, {}, Line::motion());
+  const PoseAnswer smoothed = ask(line, {.kind = PoseKind::smoothed});
+  const PoseAnswer filtered = ask(line, {.kind = PoseKind::filtered});
+  ASSERT_TRUE(smoothed.pose && filtered.pose);
+  EXPECT_EQ(smoothed.pose->kind, PoseKind::smoothed);
+  EXPECT_EQ(smoothed.pose->captured, line.newest);
+  EXPECT_EQ(smoothed.pose->source, PoseSource::align);
+  EXPECT_NEAR(smoothed.pose->estimate.pose.x, filtered.pose->estimate.pose.x, 1e-9);
+  EXPECT_NEAR(smoothed.pose->estimate.covariance(0, 0), filtered.pose->estimate.covariance(0, 0), 1e-12);
+}
+
+TEST(PoseQuery, SmoothedIsThereForEveryInstantSettledOrNot) {
+  // The history knows those that are final, the filter the rest; no instant between them falls through.
+  const Line line(kFrames, {}, Line::motion());
+  const HistoryView& history = line.robot.view.history;
+  ASSERT_GT(history.settled(), 250U);
+  ASSERT_LT(history.settled(), history.size());
+  for (double frame = 250.0; frame <= kFrames - 1; frame += 0.25) {
+    const PoseAnswer smoothed = ask(line, {.at = Line::at(frame), .kind = PoseKind::smoothed});
+    ASSERT_TRUE(smoothed.pose) << "frame " << frame << ": " << smoothed.reason;
+    EXPECT_EQ(smoothed.pose->kind, PoseKind::smoothed);
+    EXPECT_EQ(smoothed.pose->estimate.at, Line::at(frame));
+    EXPECT_NEAR(smoothed.pose->estimate.pose.x, Line::kStep * frame, 2e-4) << "frame " << frame;
+    EXPECT_NEAR(smoothed.pose->estimate.velocity.x, 0.1, 2e-3) << "frame " << frame;
+  }
+}
+
+TEST(PoseQuery, LaterDataMakesASmoothedPoseSurer) {
+  const Line line(kFrames, {}, Line::motion());
+  for (const double back : {3.0, 20.0, 200.0}) {  // not final yet, just final, long final
+    const Time at = Line::at(kFrames - 1 - back);
+    const PoseAnswer smoothed = ask(line, {.at = at, .kind = PoseKind::smoothed});
+    const PoseAnswer filtered = ask(line, {.at = at, .kind = PoseKind::filtered});
+    ASSERT_TRUE(smoothed.pose && filtered.pose);
+    EXPECT_LT(smoothed.pose->estimate.covariance(0, 0), 0.9 * filtered.pose->estimate.covariance(0, 0))
+        << back;
+  }
+}
+
+TEST(PoseQuery, AGapIsBridgedFromBothItsEnds) {
+  const Line line(kFrames, {100, 101, 102, 103, 104, 105, 106, 107}, Line::motion());
+  const auto at = [&](double frame, PoseKind kind) {
+    return ask(line, {.at = Line::at(frame), .kind = kind}).pose.value();
+  };
+  for (const double frame : {103.0, 103.5, 107.0}) {
+    const PublishedPose smoothed = at(frame, PoseKind::smoothed);
+    EXPECT_EQ(smoothed.source, PoseSource::prediction);
+    EXPECT_NEAR(smoothed.estimate.pose.x, Line::kStep * frame, 2e-3);
+    EXPECT_LT(smoothed.estimate.covariance(0, 0), at(frame, PoseKind::filtered).estimate.covariance(0, 0));
+    EXPECT_GT(smoothed.estimate.covariance(0, 0), at(90, PoseKind::smoothed).estimate.covariance(0, 0));
+  }
+}
+
+TEST(PoseQuery, WhereTheRobotWasLostThereIsNoSmoothedPoseEither) {
+  std::vector<int> unseen(100);
+  std::iota(unseen.begin(), unseen.end(), 100);  // ten seconds, of which five are carried over
+  const Line line(kFrames, unseen, Line::motion());
+  const PoseAnswer a = ask(line, {.at = Line::at(180), .kind = PoseKind::smoothed});
+  EXPECT_FALSE(a.pose);
+  EXPECT_EQ(a.state, TrackState::lost);
+  EXPECT_THAT(a.reason, HasSubstr("lost"));
+  EXPECT_TRUE(ask(line, {.at = Line::at(250), .kind = PoseKind::smoothed}).pose) << "found again";
+}
+
+TEST(PoseQuery, SmoothedAfterTheNewestFrameIsRefused) {
+  const Line line(kFrames, {}, Line::motion());
+  EXPECT_THAT(refusal(line, {.at = line.newest + milliseconds(1), .kind = PoseKind::smoothed}),
+              HasSubstr("kind is smoothed, but at is after the newest frame at 1700000029.900000"));
 }
 
 TEST(PoseQuery, NothingStaleLooksFresh) {

@@ -1,9 +1,7 @@
-// The handlers through the router, without sockets.
 #include <gmock/gmock.h>
 #include <opencv2/imgcodecs.hpp>
 
-#include "service/routes/context.hpp"
-#include "tests/service/fakes.hpp"
+#include "tests/service/routes_fixture.hpp"
 
 namespace skylight::service::test {
 namespace {
@@ -11,74 +9,6 @@ namespace {
 using std::chrono::milliseconds;
 using testing::AllOf;
 using testing::HasSubstr;
-
-struct Answer {
-  int status = 0;
-  std::string type;
-  std::string body;
-  std::map<std::string, std::string> headers;
-
-  Json json() const { return Json::parse(body); }
-  std::string detail() const { return json()["detail"]; }
-};
-
-class Routes : public testing::Test {
- protected:
-  explicit Routes(std::vector<RobotSpec> robots = {robot_of(small_room())})
-      : rig_(small_room(), robots), store_({{"anna", robots.empty() ? nullptr : robots[0].appearance}}) {
-    default_method_.filter.kind = WindowFilterConfig{.window_size = 7};
-    context_ = std::make_unique<RouteContext>(RouteContext{.pipeline = *rig_.pipeline,
-                                                           .appearances = store_,
-                                                           .default_method = default_method_,
-                                                           .horizon = std::chrono::seconds(2)});
-    add_health_routes(router_, *context_);
-    add_robot_routes(router_, *context_);
-    add_pose_routes(router_, *context_);
-    add_appearance_routes(router_, *context_);
-    add_camera_routes(router_, *context_);
-    rig_.pipeline->start();
-  }
-
-  /// `target`: a path, and a query without percent signs.
-  Answer call(const std::string& method, const std::string& target, const std::string& body = {}) const {
-    const auto mark = target.find('?');
-    http::Request request{.method = method, .path = target.substr(0, mark), .body = body};
-    if (mark != std::string::npos) request.query = query_of(target.substr(mark + 1));
-    const http::Router::Match match = router_.match(method, segments_of(request.path));
-    if (match.route == nullptr) return {.status = match.allow.empty() ? 404 : 405};
-    request.path_params = match.path_params;
-    http::Reply reply;
-    try {
-      reply = match.route->handler(request);
-    } catch (const http::Problem& problem) {
-      reply = problem.answer();
-    }
-    return {reply.status, reply.content_type, reply.body, {reply.headers.begin(), reply.headers.end()}};
-  }
-  Answer get(const std::string& target) const { return call("GET", target); }
-
-  static std::multimap<std::string, std::string> query_of(const std::string& text) {
-    std::multimap<std::string, std::string> query;
-    std::istringstream in(text);
-    for (std::string pair; std::getline(in, pair, '&');) {
-      const auto equals = pair.find('=');
-      query.emplace(pair.substr(0, equals), equals == std::string::npos ? "" : pair.substr(equals + 1));
-    }
-    return query;
-  }
-  static std::vector<std::string> segments_of(const std::string& path) {
-    std::vector<std::string> segments;
-    std::istringstream in(path.substr(1));
-    for (std::string segment; std::getline(in, segment, '/');) segments.push_back(segment);
-    return segments;
-  }
-
-  Rig rig_;
-  AppearanceStore store_;
-  MethodConfig default_method_;
-  std::unique_ptr<RouteContext> context_;
-  http::Router router_;
-};
 
 TEST_F(Routes, ListsRobotsByPages) {
   const Json one = get("/api/v1/robots").json();
@@ -163,6 +93,21 @@ TEST_F(Routes, AChangeNamesOnlyWhatItChanges) {
   EXPECT_EQ(get("/api/v1/robots/anna").json()["filter"]["alpha"], 0.7);
 }
 
+TEST_F(Routes, AnotherTypeOfFilterBeginsWithItsOwnDefaults) {
+  const Json motion =
+      call("PATCH", "/api/v1/robots/anna", R"({"filter": {"type": "motion", "gate": 20}})").json();
+  EXPECT_EQ(motion["filter"]["type"], "motion");
+  EXPECT_EQ(motion["filter"]["gate"], 20);
+  EXPECT_EQ(motion["filter"]["max_speed_mps"], MotionFilterConfig{}.max_speed_mps);
+  EXPECT_FALSE(motion["filter"].contains("window_size"));
+  const Json other =
+      call("POST", "/api/v1/robots", R"({"id": "ben", "appearance": "anna", "filter": {"type": "motion"}})")
+          .json();
+  EXPECT_EQ(other["filter"]["type"], "motion") << other;
+  const Json back = call("PATCH", "/api/v1/robots/anna", R"({"filter": {"type": "window"}})").json();
+  EXPECT_EQ(back["filter"]["window_size"], WindowFilterConfig{}.window_size);
+}
+
 TEST_F(Routes, AChangeThatIsRefusedChangesNothing) {
   const Answer range = call("PATCH", "/api/v1/robots/anna", R"({"filter": {"alpha": -1}})");
   EXPECT_EQ(range.status, 422);
@@ -212,6 +157,47 @@ TEST_F(Routes, AnInstantWithoutAnAnswerIsA422ThatNamesTheBound) {
   EXPECT_EQ(get("/api/v1/robots/anna/pose?kind=smoothed").status, 422);
 }
 
+TEST_F(Routes, APoseNowIsCarriedToThePresent) {
+  ASSERT_TRUE(rig_.track(8));
+  rig_.clock.advance(milliseconds(7 * 33 + 200));
+  for (const char* query : {"at=now", "at=now&kind=predicted", "kind=predicted"}) {
+    const Json one = get("/api/v1/robots/anna/pose?" + std::string(query)).json();
+    EXPECT_EQ(one["pose"]["kind"], "predicted") << query;
+    EXPECT_EQ(one["pose"]["at"], one["published"]) << query;
+    EXPECT_NEAR(one["pose"]["horizon"].get<double>(), 0.2, 1e-9);
+    EXPECT_EQ(one["pose"]["horizon"], one["pose"]["age"]);
+    EXPECT_EQ(get("/api/v1/poses?" + std::string(query)).json()["items"][0], one);
+  }
+  for (const char* kind : {"measured", "filtered", "smoothed"}) {
+    for (const char* path : {"/api/v1/robots/anna/pose", "/api/v1/poses"}) {
+      const Answer refused = get(std::string(path) + "?at=now&kind=" + kind);
+      EXPECT_EQ(refused.status, 422) << kind;
+      EXPECT_THAT(refused.detail(), AllOf(HasSubstr("kind is " + std::string(kind)), HasSubstr("at is now"),
+                                          HasSubstr("allowed: predicted")));
+    }
+  }
+  rig_.clock.advance(std::chrono::seconds(3));
+  const Json stale = get("/api/v1/robots/anna/pose?at=now").json();
+  EXPECT_TRUE(stale["pose"].is_null()) << "beyond the horizon nothing is made up";
+  EXPECT_EQ(stale["state"], "lost");
+}
+
+TEST_F(Routes, SmoothedIsRefusedWhereTheFilterHasNoSmootherAndGivenOtherwise) {
+  ASSERT_TRUE(rig_.track(2));
+  for (const char* path : {"/api/v1/robots/anna/pose", "/api/v1/robots/anna/trajectory"}) {
+    const Answer refused = get(std::string(path) + "?kind=smoothed");
+    EXPECT_EQ(refused.status, 422);
+    EXPECT_THAT(refused.detail(), AllOf(HasSubstr("smoothed"), HasSubstr("no smoother")));
+  }
+  ASSERT_EQ(call("PATCH", "/api/v1/robots/anna", R"({"filter": {"type": "motion"}})").status, 200);
+  ASSERT_TRUE(rig_.track(8));
+  const Json pose = get("/api/v1/robots/anna/pose?kind=smoothed").json()["pose"];
+  EXPECT_EQ(pose["kind"], "smoothed");
+  EXPECT_NEAR(pose["x"], rig_.scene.pictures[0].pose.x, 0.002);
+  EXPECT_EQ(get("/api/v1/robots/anna/trajectory?kind=smoothed").json()["points"].size(), 8U)
+      << "the new filter's own";
+}
+
 TEST_F(Routes, TrajectoriesComeInThreeFormats) {
   ASSERT_TRUE(rig_.track(8));
   const Answer json = get("/api/v1/robots/anna/trajectory?kind=measured");
@@ -236,11 +222,14 @@ TEST_F(Routes, QueryParametersAreRefusedByNameWithTheirValueAndRange) {
     const char* words;
   };
   const Case cases[] = {
-      {"/api/v1/robots/anna/pose?at=soon", "at is 'soon', allowed: a finite number"},
+      {"/api/v1/robots/anna/pose?at=soon", "at is 'soon', allowed: now, or Unix seconds, 0 to 7258118400"},
       {"/api/v1/robots/anna/pose?at=nan", "at is 'nan'"},
       {"/api/v1/robots/anna/pose?at=inf", "at is 'inf'"},
       {"/api/v1/robots/anna/pose?at=", "at is ''"},
-      {"/api/v1/robots/anna/pose?at=-1", "at is '-1', allowed: Unix seconds, 0 to 7258118400"},
+      {"/api/v1/robots/anna/pose?at=-1", "at is '-1', allowed: now, or Unix seconds, 0 to 7258118400"},
+      {"/api/v1/robots/anna/pose?at=Now", "at is 'Now', allowed: now, or"},
+      {"/api/v1/poses?at=now ", "at is 'now ', allowed: now, or"},
+      {"/api/v1/robots/anna/trajectory?to=now", "to is 'now', allowed: Unix seconds, 0 to"},
       {"/api/v1/robots/anna/pose?at=1e300", "at is '1e300'"},
       {"/api/v1/robots/anna/pose?at=1&at=2", "at is given more than once"},
       {"/api/v1/robots/anna/pose?kind=guessed",

@@ -28,6 +28,7 @@ class SimulatorRoutes : public testing::Test {
     desk_ = std::make_unique<SimulatorDesk>(config_, assembly.live, *pipeline_, store_);
     context_ = std::make_unique<RouteContext>(RouteContext{
         .pipeline = *pipeline_, .appearances = store_, .default_method = {}, .simulator = desk_.get()});
+    add_odometry_routes(router_, *context_);
     add_simulator_routes(router_, *context_);
     pipeline_->start();
   }
@@ -52,16 +53,17 @@ class SimulatorRoutes : public testing::Test {
   Answer simulator() const { return call("GET", "/api/v1/simulator"); }
   /// Lets frames pass and waits until they did.
   Json step(int frames) const {
-    const Json before = simulator().json;
+    const auto passed = [this] {
+      const auto snapshot = pipeline_->snapshot();
+      return snapshot->cameras[0].frames + snapshot->cameras[0].dropped;
+    };
+    const std::uint64_t until = passed() + static_cast<std::uint64_t>(frames);
     EXPECT_EQ(call("POST", "/api/v1/simulator/step", "{\"frames\": " + std::to_string(frames) + "}").status,
               202);
-    const double until = before["time"].get<double>() + (frames - 0.5) / 30.0;
-    Json now = before;
-    for (int i = 0; i < 20'000 && now["time"].get<double>() < until; ++i) {
+    for (int i = 0; i < 60'000 && passed() < until; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      now = simulator().json;
-    }
-    return now;
+    EXPECT_GE(passed(), until);
+    return simulator().json;
   }
 
   RoomFolder folder_;
@@ -172,6 +174,17 @@ TEST_F(SimulatorRoutes, OnlyRobotsOfTheScenarioAreDrivenOrReport) {
       << "no frame yet";
 }
 
+TEST_F(SimulatorRoutes, OfASimulatedRobotItsWheelsAreReadWhoeverPostsForIt) {
+  ASSERT_EQ(call("POST", "/api/v1/robots/anna/odometry", R"({"stamp": 5, "v_mps": 3, "w_radps": 0})").status,
+            202);
+  EXPECT_EQ(call("GET", "/api/v1/robots/anna/odometry").status, 404) << "the wheels have not reported yet";
+  step(4);
+  const Json report = call("GET", "/api/v1/robots/anna/odometry").json;
+  EXPECT_NE(report["stamp"], 5.0);
+  EXPECT_TRUE(report["pose"].is_object());
+  EXPECT_NEAR(report["twist"]["v_mps"].get<double>(), 0.15, 0.1);
+}
+
 TEST_F(SimulatorRoutes, EventsComeByPages) {
   const Json page = call("GET", "/api/v1/simulator/events").json;
   EXPECT_EQ(page["total"], 0);
@@ -184,7 +197,7 @@ TEST_F(SimulatorRoutes, WhereTheSourceIsNoSimulatorThereIsNone) {
   for (const auto& [method, path] :
        {std::pair{"GET", "/api/v1/simulator"}, std::pair{"PUT", "/api/v1/simulator"},
         std::pair{"POST", "/api/v1/simulator/start"}, std::pair{"POST", "/api/v1/simulator/actions"},
-        std::pair{"GET", "/api/v1/simulator/events"}, std::pair{"GET", "/api/v1/robots/anna/odometry"}}) {
+        std::pair{"GET", "/api/v1/simulator/events"}, std::pair{"POST", "/api/v1/robots/anna/cmd_vel"}}) {
     const Answer answer = call(method, path, "{}");
     EXPECT_EQ(answer.status, 404) << path;
     EXPECT_THAT(answer.detail(), HasSubstr("not the simulator"));

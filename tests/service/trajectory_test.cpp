@@ -1,5 +1,7 @@
 #include "service/trajectory.hpp"
 
+#include <algorithm>
+#include <numeric>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -125,6 +127,51 @@ TEST(Trajectory, LeavesOutInstantsWithoutThatKindOfPose) {
   EXPECT_EQ(filtered.points[43].score, 0.0);
   EXPECT_EQ(filtered.points[45].source, PoseSource::align);
   EXPECT_EQ(filtered.points[45].score, 0.9);
+}
+
+TEST(Trajectory, SmoothedHasEveryFrameOnceFinalOrNot) {
+  // However much of it has become final when it is asked for.
+  for (const int frames : {1, 5, 12, 14, 15, 16, 20, 31, 100}) {
+    const RobotView anna = Line(frames, {}, Line::motion()).robot.view;
+    const Trajectory whole = make_trajectory(anna, PoseKind::smoothed, Time{}, Time::max());
+    ASSERT_EQ(whole.points.size(), static_cast<std::size_t>(frames));
+    for (int i = 0; i < frames; ++i) {
+      const TrajectoryPoint& p = whole.points[static_cast<std::size_t>(i)];
+      EXPECT_EQ(p.captured, Line::at(i));
+      EXPECT_EQ(p.source, PoseSource::align);
+      EXPECT_NEAR(p.pose.x, Line::kStep * i, 2e-3) << i << " of " << frames;
+    }
+  }
+}
+
+TEST(Trajectory, SmoothedPointsAreThoseThatAQuestionForTheirInstantIsAnsweredWith) {
+  const Line line(100, {}, Line::motion());
+  const HistoryView& history = line.robot.view.history;
+  const std::size_t final = history.settled();
+  ASSERT_GT(final, 50U);
+  ASSERT_LT(final, 95U);
+  const auto about = static_cast<double>(final);
+  const Trajectory part =
+      make_trajectory(line.robot.view, PoseKind::smoothed, Line::at(about - 3), Line::at(about + 3));
+  ASSERT_EQ(part.points.size(), 7U) << "from both sides of what is final";
+  for (const TrajectoryPoint& p : part.points) {
+    const PoseAnswer asked = answer(line.snapshot, line.robot, {.at = p.captured, .kind = PoseKind::smoothed},
+                                    {.now = line.newest});
+    ASSERT_TRUE(asked.pose);
+    EXPECT_NEAR(p.pose.x, asked.pose->estimate.pose.x, 1e-9);
+    EXPECT_NEAR(p.covariance(0, 0), asked.pose->estimate.covariance(0, 0), 1e-12);
+  }
+}
+
+TEST(Trajectory, SmoothedLeavesOutWhenTheRobotWasLost) {
+  std::vector<int> unseen(100);
+  std::iota(unseen.begin(), unseen.end(), 50);  // ten seconds, of which five are carried over
+  const RobotView anna = Line(250, unseen, Line::motion()).robot.view;
+  const Trajectory whole = make_trajectory(anna, PoseKind::smoothed, Time{}, Time::max());
+  for (const TrajectoryPoint& p : whole.points) EXPECT_NE(p.state, TrackState::lost);
+  EXPECT_EQ(std::count_if(whole.points.begin(), whole.points.end(),
+                          [](const auto& p) { return p.captured >= Line::at(160); }),
+            90);
 }
 
 TEST(Trajectory, AMeasurementThatTheGateRefusedIsNotTheSourceOfAFilteredPose) {
