@@ -108,10 +108,11 @@ class Usage(Case):
         self.refused(2, ["--format", "gif"], "simulate", "straight", "--format", "gif")
         self.refused(2, ["--duration", "soon"], "simulate", "straight", "--duration", "soon")
         self.refused(2, ["--seed"], "simulate", "straight", "--seed", "-4")
-        self.refused(2, ["--kind", "smoothed"], "track", "x.mp4", "--kind", "smoothed")
+        self.refused(2, ["--kind", "predicted"], "track", "x.mp4", "--kind", "predicted")
 
     def test_evaluate(self):
-        self.refused(2, ["smoothed", "measured, filtered, predicted"], "evaluate", "straight", "--kind", "smoothed")
+        self.refused(2, ["smoothed", "window", "measured, filtered, predicted"], "evaluate", "straight", "--kind",
+                     "smoothed", "--filter", "window")
         self.refused(2, ["guessed"], "evaluate", "straight", "--kind", "guessed")
         self.refused(2, ["--horizon"], "evaluate", "straight", "--kind", "predicted")
         self.refused(2, ["--detector", "magic"], "evaluate", "straight", "--detector", "magic")
@@ -341,11 +342,29 @@ class Together(Case):
         self.assertAlmostEqual(min(last), scored["min"], 7)
         self.assertAlmostEqual(sum(last) / len(last), scored["mean"], 7)
 
+    def test_track_writes_smoothed_poses_one_for_each_frame_since_the_robot_was_found(self):
+        smoothed = self.rows(self.track("smoothed.csv", "--kind", "smoothed")[0])
+        measured = self.rows(self.track("all.csv", "--kind", "measured")[0])
+        self.assertEqual({row["kind"] for row in smoothed}, {"smoothed"})
+        self.assertEqual([row["captured"] for row in smoothed], [row["captured"] for row in measured])
+        truth = {row["captured"]: row for row in self.rows(self.out / "truth.csv")}
+        for row in smoothed:
+            true = truth[row["captured"]]
+            error = math.hypot(float(row["x"]) - float(true["x"]), float(row["y"]) - float(true["y"]))
+            self.assertLess(error, 0.003, row)
+        window = ("--kind", "smoothed", "--set", 'tracker.filter={"type": "window"}')
+        tracked = ("track", self.out / "ceiling", "--config", self.out / "config.json")
+        self.refused(2, ["smoothed", "window", "anna"], *tracked, *window)
+        self.refused(2, ["smoothed", ".mot"], *tracked, "--kind", "smoothed", "--out", self.folder / "s.mot")
+
     def test_evaluate_prints_what_the_design_lists(self):
-        out, err, code = run("evaluate", self.scenario, "--json", "-", "--kind", "filtered", "--set",
-                             "tracker.filter.window_size=4")
+        out, err, code = run("evaluate", self.scenario, "--json", "-", "--kind", "filtered,smoothed", "--set",
+                             "tracker.filter.gate=20")
         self.assertEqual(code, 0, err)
-        (scenario,) = json.loads(out)["scenarios"]
+        scenario, smoothed = json.loads(out)["scenarios"]
+        self.assertEqual((smoothed["kind"], smoothed["filter"]), ("smoothed", "motion"))
+        self.assertEqual(smoothed["robots"][0]["availability"], 1.0)
+        self.assertEqual(smoothed["robots"][0]["frames"], scenario["robots"][0]["frames"])
         self.assertEqual((scenario["seed"], scenario["frame_rate"], scenario["frames"]), (3, 30.0, 90))
         self.assertEqual(scenario["kind"], "filtered")
         self.assertEqual({"mean", "p50", "p99"}, set(scenario["tracker_ms"]))

@@ -226,5 +226,55 @@ TEST(Evaluation, EveryRobotHasItsRowAlsoTheOneThatNothingTellsApart) {
   EXPECT_TRUE(run.robots[1].registered);
 }
 
+// Contestants over the same frames of a room of 1.7 s, of which the first second is not scored.
+std::vector<RunScore> run_contest(const RoomFolder& folder, const std::vector<bool>& hears,
+                                  const std::vector<PoseKind>& kinds) {
+  const auto simulator = std::make_shared<SimulatorFrames>(
+      scenario_run(folder.write("room.json", small_scenario(R"("duration_s": 1.7)")), std::nullopt));
+  std::vector<Contestant> contestants;
+  std::shared_ptr<FrameSource> source;
+  for (std::size_t i = 0; i < hears.size(); ++i) {
+    Assembly assembly = assemble(Config{}, simulator);
+    assembly.robots.at(0).initial_pose = simulator->robots().at(0).start;
+    contestants.emplace_back(*simulator, make_tracker(assembly), "orb", kinds,
+                             std::chrono::milliseconds(200));
+    source = std::move(assembly.source);
+  }
+  while (const auto frame = source->next()) {
+    const auto odometry = simulator->take_odometry();
+    for (std::size_t i = 0; i < hears.size(); ++i) {
+      if (hears[i]) contestants[i].hear(odometry);
+      contestants[i].process(*frame, simulator->truth());
+    }
+  }
+  std::vector<RunScore> scores;
+  for (Contestant& contestant : contestants) scores.push_back(contestant.result());
+  return scores;
+}
+
+TEST(Evaluation, SmoothedIsScoredForEveryFrameThoseOfTheLastSecondToo) {
+  const RoomFolder folder;
+  const RunScore run = run_contest(folder, {false}, {PoseKind::filtered, PoseKind::smoothed}).at(0);
+  const RobotScore filtered = run.kind(PoseKind::filtered)->robots[0].score();
+  const RobotScore smoothed = run.kind(PoseKind::smoothed)->robots[0].score();
+  EXPECT_GE(filtered.frames, 20U);
+  EXPECT_EQ(smoothed.frames, filtered.frames);
+  EXPECT_EQ(smoothed.availability, 1.0) << "also where nothing is final";
+  EXPECT_LT(smoothed.position_error_m.max, 0.003);
+  EXPECT_EQ(run.kind(PoseKind::smoothed)->identity.mota(), 1.0);
+}
+
+TEST(Evaluation, OdometryReachesTheTrackerThatIsToHearIt) {
+  const RoomFolder folder;
+  const auto runs = run_contest(folder, {false, true, true}, {PoseKind::measured, PoseKind::predicted});
+  const auto error = [&](std::size_t i, PoseKind kind) {
+    return runs.at(i).kind(kind)->robots[0].score().position_error_m.mean;
+  };
+  EXPECT_EQ(error(0, PoseKind::measured), error(1, PoseKind::measured)) << "what is seen is the same";
+  EXPECT_NE(error(0, PoseKind::predicted), error(1, PoseKind::predicted));
+  EXPECT_EQ(error(1, PoseKind::predicted), error(2, PoseKind::predicted)) << "and it can be repeated";
+  EXPECT_LT(error(1, PoseKind::predicted), 0.02);
+}
+
 }  // namespace
 }  // namespace skylight::service::test

@@ -206,6 +206,68 @@ TEST(Pipeline, ChangesAfterTheSourceHasEndedStillWork) {
   EXPECT_NE(rig.pipeline->snapshot()->robot("anna"), nullptr);
 }
 
+RobotSpec with_motion_filter() {
+  RobotSpec robot = robot_of(small_room());
+  robot.filter = MotionFilterConfig{};
+  return robot;
+}
+
+void standing(Pipeline& pipeline) {
+  for (int i = 0; i < 25; ++i) {
+    const Time at = kStart + milliseconds(20 * i);
+    pipeline.odometry().hear("anna", {{.stamp = at, .velocity = {}}}, at);
+  }
+}
+
+TEST(Pipeline, WhatARobotSaysOfItselfGoesToTheFrameThatIsAsNewAndNoEarlier) {
+  // Every 20 ms for half a second that it stands: of the eight frames, and of later instants than they show.
+  const auto after_eight_frames = [](bool talks) {
+    Rig rig(small_room(), {with_motion_filter()});
+    rig.pipeline->start();
+    if (talks) standing(*rig.pipeline);
+    const auto snapshot = rig.track(8);
+    return snapshot ? snapshot->robot("anna")->view : RobotView{};
+  };
+  const RobotView silent = after_eight_frames(false);
+  const RobotView told = after_eight_frames(true);
+  ASSERT_TRUE(silent.filter && told.filter);
+  const Time last = kStart + milliseconds(7 * 33);
+  ASSERT_TRUE(told.filter->predict(last)) << "the filter knows nothing of later than the frame";
+  EXPECT_EQ(told.history.newest().filtered->at, last);
+  const auto speed = [&](const RobotView& view) {
+    const Velocity2 v = view.filter->predict(last)->velocity;
+    return std::hypot(v.x, v.y);
+  };
+  EXPECT_LT(speed(told), 0.5 * speed(silent)) << "who says that it stands is believed";
+}
+
+TEST(Pipeline, WhoSpeaksForItselfNeverWaitsForTheTracker) {
+  Rig rig(small_room(), {with_motion_filter()});
+  rig.pipeline->start();
+  Held held(*rig.pipeline);  // which would hold up a change for as long
+  OdometryInbox& inbox = rig.pipeline->odometry();
+  std::vector<std::thread> connections;
+  for (int c = 0; c < 4; ++c) {
+    connections.emplace_back([&, c] {
+      for (int i = 0; i < 500; ++i) inbox.hear("anna", {{}}, kStart + milliseconds(8) * (4 * i + c));
+    });
+  }
+  for (std::thread& connection : connections) connection.join();
+  EXPECT_EQ(inbox.dropped(), 1000U) << "of 2000 the oldest";
+  held.let_go();
+  ASSERT_TRUE(rig.track(3));
+  EXPECT_EQ(rig.pipeline->snapshot()->cameras[0].frames, 3U);
+}
+
+TEST(Pipeline, ARobotThatIsGoneIsForgottenWithWhatItSaid) {
+  Rig rig(small_room(), {with_motion_filter()});
+  rig.pipeline->start();
+  standing(*rig.pipeline);
+  EXPECT_TRUE(rig.pipeline->odometry().newest("anna"));
+  rig.pipeline->change([](Tracker& tracker) { tracker.remove("anna"); });
+  EXPECT_FALSE(rig.pipeline->odometry().newest("anna"));
+}
+
 std::string outcome_of(std::future<void>& change) {
   try {
     change.get();
