@@ -75,7 +75,8 @@ Values values(std::string_view text, Columns columns, const File& file, std::siz
     out.at(i) = number(word, columns[i], file, line);
   }
   if (const std::string_view more = take_word(text); !more.empty())
-    fail(file.name, line, "more than " + std::to_string(columns.size()) + " values: \"" + std::string(more) + "\"");
+    fail(file.name, line,
+         "more than " + std::to_string(columns.size()) + " values: \"" + std::string(more) + "\"");
   if (!(out[0] >= 0.0 && out[0] <= kLatestTime)) fail(file.name, line, "time is not between 0 and 9e9 s");
   return out;
 }
@@ -90,7 +91,8 @@ void read(const File& file, Columns columns, const Each& each) {
     rest.remove_prefix(std::min(text.size() + 1, rest.size()));
     if (text.find_first_not_of(kBlanks) == std::string_view::npos || text.front() == '#') continue;
     const Values row = values(text, columns, file, line);
-    if (last && row[0] < *last) fail(file.name, line, "time goes back by " + std::to_string(*last - row[0]) + " s");
+    if (last && row[0] < *last)
+      fail(file.name, line, "time goes back by " + std::to_string(*last - row[0]) + " s");
     if (last != row[0]) each(row);
     last = row[0];
   }

@@ -30,7 +30,8 @@ struct MrclamReading {
 struct MrclamRobot {
   int robot = 0;                     ///< 1 to kMrclamRobots
   std::vector<MrclamReading> truth;  ///< rising in time, at least one; about 60 Hz, with holes
-  /// Rising in time, at least one; about 67 Hz. Covariances are BodyVelocity's default: the data set has none.
+  /// Rising in time, at least one; about 67 Hz. Covariances are BodyVelocity's default: the data set has
+  /// none.
   std::vector<BodyVelocity> odometry;
 };
 

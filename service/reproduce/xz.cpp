@@ -1,12 +1,12 @@
 #include "service/reproduce/xz.hpp"
 
-#include <lzma.h>
-
 #include <array>
 #include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+
+#include <lzma.h>
 
 namespace skylight::service::reproduce {
 namespace {

@@ -12,8 +12,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "tests/support/shared_data.hpp"
-#include "tests/tracker/filter/mrclam.hpp"
 #include "tests/tracker/filter/route_truth.hpp"
 #include "tracker/filter/motion.hpp"
 #include "tracker/filter/window.hpp"
@@ -206,63 +204,6 @@ void claims(int runs) {
   }
 }
 
-/// Five real robots at 10 Hz; 2 s without detections in every 10.
-void recording() {
-  const auto folder = shared_data("trajectories/mrclam6");
-  if (!folder) {
-    std::printf("\nMRCLAM 6: the shared data is absent\n");
-    return;
-  }
-  std::printf(
-      "\nMRCLAM 6, five robots, 10 Hz, 200 s each, mean mm: window | filtered | smoothed | 0.5 s ahead | 2 s "
-      "ahead | "
-      "end of a 2 s gap; the last four again with the commanded velocity\n");
-  for (const Detector& detector : {kMiddle, kCoarse}) {
-    Errors window, filtered;
-    std::array<Errors, 2> smoothed, half, two, gap;
-    for (int robot = 1; robot <= 5; ++robot) {
-      const auto real = MrclamRobot::load(*folder, robot);
-      if (!real) continue;
-      Random random(static_cast<std::uint64_t>(robot));
-      WindowFilter papers;
-      std::array<MotionFilter, 2> filters;
-      auto reading = real->said().begin();
-      while (reading != real->said().end() && reading->t < 60.0) ++reading;
-      for (int i = 0; i < 2000; ++i) {
-        const double t = 60.0 + 0.1 * i;
-        for (; reading != real->said().end() && reading->t <= t; ++reading)
-          filters[1].odometry({.at = instant(reading->t), .forward = reading->u, .yaw_rate = reading->w});
-        const auto truth = real->at(t);
-        const double phase = std::fmod(t, 10.0);
-        auto seen = truth ? detect(detector, *truth, t, random) : std::nullopt;
-        if (phase > 7.95) seen.reset();
-        const auto w = papers.update(instant(t), seen).estimate;
-        if (w && truth && phase < 7.95) window.add(*w, *truth);
-        for (std::size_t which = 0; which < 2; ++which) {
-          const auto e = filters[which].update(instant(t), seen).estimate;
-          if (!e || !truth) continue;
-          if (phase > 9.85) gap[which].add(*e, *truth);
-          if (phase > 7.95) continue;
-          if (which == 0) filtered.add(*e, *truth);
-          const auto soon = real->at(t + 0.5);
-          const auto later = real->at(t + 2.0);
-          const auto back = real->at(t - 1.0);
-          if (soon) half[which].add(*filters[which].predict(instant(t + 0.5)), *soon);
-          if (later) two[which].add(*filters[which].predict(instant(t + 2.0)), *later);
-          const auto s = filters[which].smoothed(instant(t - 1.0));
-          if (s && back && phase > 1.0) smoothed[which].add(*s, *back);
-        }
-      }
-    }
-    const auto mm = [](const Errors& e) { return 1e3 * Errors::mean(e.place_m); };
-    std::printf("%4.0f mm | %6.2f | %6.2f", 1e3 * detector.sigma_m, mm(window), mm(filtered));
-    for (std::size_t which = 0; which < 2; ++which)
-      std::printf(" | %6.2f | %6.2f | %6.2f | %6.2f", mm(smoothed[which]), mm(half[which]), mm(two[which]),
-                  mm(gap[which]));
-    std::printf("\n");
-  }
-}
-
 using motion::Gaussian6;
 using motion::Matrix6;
 using motion::ModelStep;
@@ -362,7 +303,6 @@ int main(int argc, char** argv) {
   skylight::test::routes(runs);
   skylight::test::occlusions(2 * runs);
   skylight::test::claims(runs / 4 + 1);
-  skylight::test::recording();
   skylight::test::transforms();
   skylight::test::times();
   return 0;

@@ -1,13 +1,12 @@
-// How good the motion filter is: aims and honesty, over routes of the truth generator and a real recording.
+// How good the motion filter is: aims and honesty, over routes of the truth generator.
+// Over a real recording: tests/service/reproduce/mrclam_test.cpp.
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "tests/support/shared_data.hpp"
 #include "tests/tracker/filter/motion_feed.hpp"
-#include "tests/tracker/filter/mrclam.hpp"
 #include "tracker/filter/window.hpp"
 
 namespace skylight {
@@ -15,7 +14,6 @@ namespace {
 
 using test::Detector;
 using test::instant;
-using test::MrclamRobot;
 using test::Random;
 using test::Route;
 using test::RouteKind;
@@ -300,44 +298,6 @@ TEST(MotionFilterAims, WheelsThatSlipDoNotMisleadIt) {
     if (i < 3) continue;
     EXPECT_LT(test::place_error(step.estimate->pose, {0.5, 0.5, 0.0}), 0.003) << i;
   }
-}
-
-TEST(MotionFilterAims, HoldsOnRealRobotsAndTheirCommandsHelpThroughGaps) {
-  const auto folder = test::shared_data("trajectories/mrclam6");
-  if (!folder) GTEST_SKIP() << "shared data is absent: trajectories/mrclam6";
-  Score tracked, gap_said, gap_unsaid;
-  for (int robot = 1; robot <= 5; ++robot) {
-    const auto real = MrclamRobot::load(*folder, robot);
-    if (!real) GTEST_SKIP() << "trajectories/mrclam6 cannot be read (is xz installed?)";
-    Random random(static_cast<std::uint64_t>(robot));
-    MotionFilter said(test::white());
-    MotionFilter unsaid(test::white());
-    auto reading = real->said().begin();
-    for (int i = 0; i < 2000; ++i) {
-      const double t = 60.0 + 0.1 * i;
-      for (; reading != real->said().end() && reading->t <= t; ++reading) {
-        if (reading->t > 60.0)
-          said.odometry({.at = instant(reading->t), .forward = reading->u, .yaw_rate = reading->w});
-      }
-      const auto truth = real->at(t);
-      const double phase = std::fmod(t, 10.0);
-      auto seen = truth ? test::detect(test::kMiddle, *truth, t, random) : std::nullopt;
-      if (phase > 7.95) seen.reset();  // 2 s in every 10
-      const FilterStep a = said.update(instant(t), seen);
-      const FilterStep b = unsaid.update(instant(t), seen);
-      if (!truth) continue;
-      if (phase > 9.85) {
-        if (a.estimate) gap_said.add(*a.estimate, *truth);
-        if (b.estimate) gap_unsaid.add(*b.estimate, *truth);
-      } else if (seen && b.estimate) {
-        tracked.add(*b.estimate, *truth);
-      }
-    }
-  }
-  EXPECT_GT(tracked.frames, 7000U);
-  EXPECT_LT(tracked.place_m, 0.00125);  // no worse than what it is fed: 1 mm per axis
-  EXPECT_GT(tracked.inside, 0.88);
-  EXPECT_LT(gap_said.place_m, gap_unsaid.place_m);
 }
 
 }  // namespace
