@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
   add_track(app, run);
   add_simulate(app, run);
   add_evaluate(app, run);
+  add_reproduce(app, run);
   for (CLI::App* command : app.get_subcommands({})) command->set_version_flag("--version", version);
   try {
     app.parse(argc, argv);

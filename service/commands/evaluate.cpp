@@ -4,6 +4,7 @@
 
 #include "service/assembly.hpp"
 #include "service/commands/commands.hpp"
+#include "service/evaluation/camera_error.hpp"
 #include "service/evaluation/report.hpp"
 
 namespace skylight::service {
@@ -16,6 +17,7 @@ struct EvaluateFlags {
   std::vector<std::string> kinds{"measured", "filtered"};
   std::string filter = "motion";
   bool odometry = false;
+  double calibration_error_mm = 0.0;
   double horizon_s = 0.0;
   double duration_s = 0.0;
   std::optional<std::uint64_t> seed;
@@ -101,6 +103,8 @@ std::vector<RunScore> score(const EvaluateFlags& flags, const ScenarioRun& run) 
   for (const std::string& detector : flags.detectors) {
     Assembly assembly = assemble(config_for(flags, detector), simulator);
     tell_copies_apart(*simulator, assembly.robots);
+    if (flags.calibration_error_mm > 0.0)
+      use_wrong_cameras(assembly, {.rms_m = flags.calibration_error_mm / 1000.0, .seed = run.seed()});
     contestants.emplace_back(*simulator, make_tracker(assembly), detector, kinds,
                              from_seconds(flags.horizon_s));
     source = std::move(assembly.source);
@@ -212,6 +216,12 @@ void add_evaluate(CLI::App& app, Run& run) {
       ->delimiter(',');
   command->add_option("--horizon", flags->horizon_s, "With --kind predicted: how far ahead, seconds")
       ->check(CLI::Range(0.001, 60.0));
+  command
+      ->add_option("--calibration-error", flags->calibration_error_mm,
+                   "Cameras as a calibration leaves them: points of the floor of 6 x 6 m off by so many mm "
+                   "RMS; a draw "
+                   "for each seed (0: as they are)")
+      ->check(CLI::Range(0.0, 100.0));
   command->add_option("--duration", flags->duration_s, "End each run after so many seconds of the scenario")
       ->check(CLI::Range(0.001, 86400.0));
   command->add_option("--seed", flags->seed, "Instead of the scenario's; repeats count up from it")

@@ -162,7 +162,9 @@ std::optional<Estimate> Contestant::estimate_of(PoseKind kind, Time captured,
   }
   if (kind == PoseKind::filtered) return report.filtered;
   if (!report.measured) return std::nullopt;
-  return Estimate{.at = captured, .pose = report.measured->pose, .covariance = report.measured->covariance};
+  return Estimate{.at = captured,
+                  .pose = report.measured->pose,
+                  .covariance = report.measured->covariance + report.measured->correlated};
 }
 
 std::optional<Pose2> Contestant::score(KindScore& into, std::size_t robot, const Waiting& frame) const {

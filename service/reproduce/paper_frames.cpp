@@ -120,7 +120,7 @@ PaperPlan quick_paper_plan() {
 
 ResolutionPlan quick_resolution_plan() {
   ResolutionPlan plan;
-  plan.px_per_metre = {150, 240, 275};
+  plan.px_per_metre = {150, 240, 280};
   plan.floors = {"plain"};
   plan.routes = {"line-1", "chaotic-1"};
   plan.at_most_s = 25.0;

@@ -27,8 +27,8 @@ class PaperFrames : public testing::Test {
 TEST(PaperReference, IsTheMiddleOfTheSimulatedPlate) {
   const sim::Rectangle& plate = sim::robot_model(sim::RobotModelName::waffle_pi).plate;
   EXPECT_NEAR((0.5 * (plate.min + plate.max) - Eigen::Vector2d(kBaseScanX, 0)).norm(), 0.0, 1e-12);
-  // 275 px per metre on the floor; the plate of 0.266 m is 0.104 m nearer to a camera 4 m up.
-  EXPECT_NEAR(robot_length_px(275.0), 0.266 * 275.0 * 4.0 / 3.896, 1e-9);
+  // 280 px per metre on the floor; the plate of 0.266 m is 0.104 m nearer to a camera 6.93 m up.
+  EXPECT_NEAR(robot_length_px(280.0), 0.266 * 280.0 * 6.93 / 6.826, 1e-9);
 }
 
 TEST_F(PaperFrames, LookAtOneHomographyInEveryWay) {

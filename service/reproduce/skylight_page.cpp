@@ -1,0 +1,404 @@
+// Skylight's half of the report: what was aimed at, what came out, and where the rest comes from.
+#include <cmath>
+#include <map>
+
+#include "service/report/shares.hpp"
+#include "service/reproduce/experiments.hpp"
+#include "service/reproduce/paper_figures.hpp"
+#include "settings/text.hpp"
+#include "tracker/filter/motion.hpp"
+
+namespace skylight::service::reproduce {
+namespace {
+
+using report::Cell;
+using report::Colour;
+using report::Emphasis;
+using report::number;
+using report::Paragraph;
+using report::Plot;
+using report::Row;
+using report::Section;
+using report::Series;
+using report::Style;
+using report::Table;
+using report::text;
+using settings::number_text;
+
+constexpr double kMm = 1000.0;
+constexpr double kDegrees = 57.29577951308232;
+
+ScoreOptions motion(const std::string& variant) {
+  return {.filter = [] { return std::make_unique<MotionFilter>(); }, .variant = variant, .calibration = {}};
+}
+
+/// What each seed's camera is told of its error, made once for each.
+std::function<CorrelatedError(const ObservedRun&)> calibrations(const SkylightPlan& plan) {
+  auto known = std::make_shared<std::map<std::uint64_t, CorrelatedError>>();
+  return [known, name = plan.folder + "/" + plan.routes.front()](const ObservedRun& run) {
+    auto& error = (*known)[run.seed];
+    if (!error) error = calibration_error(scenario_run(name, run.seed));
+    return error;
+  };
+}
+
+ScoreOptions calibrated(const SkylightPlan& plan) {
+  ScoreOptions options = motion("calibrated");
+  options.calibration = calibrations(plan);
+  return options;
+}
+
+/// All that the tables of the routes show, computed once.
+struct RouteScores {
+  PooledScore linear, curved, all;
+};
+
+RouteScores route_scores(const Runs& runs, const ScoreOptions& options) {
+  RouteScores out{
+      .linear = pooled(linear_runs(runs), options), .curved = pooled(curved_runs(runs), options), .all = {}};
+  out.all = out.linear;
+  out.all.kinds.merge(out.curved.kinds);
+  if (out.curved.worst_error_m > out.all.worst_error_m) {
+    out.all.worst_error_m = out.curved.worst_error_m;
+    out.all.worst_run = out.curved.worst_run;
+  }
+  return out;
+}
+
+Cell judged(double value, double aim, int digits, bool at_least = false) {
+  const bool kept = at_least ? value >= aim : value <= aim;
+  return number(value, digits, kept ? Emphasis::good : Emphasis::bad);
+}
+
+struct Reappeared {
+  std::size_t count = 0;
+  std::size_t lost = 0;
+  double hidden_s = 0.0;
+  double mean_m = 0.0;
+  double largest_m = 0.0;
+  double stated_m = 0.0;
+};
+
+Reappeared reappeared(const Runs& runs, const std::string& route, const ScoreOptions& options) {
+  Reappeared out;
+  for (const ObservedRun& run : runs) {
+    if (run.route != route) continue;
+    for (const Reappearance& gap : reappearances(run, options, 1.5)) {
+      if (gap.lost) {
+        ++out.lost;
+        continue;
+      }
+      ++out.count;
+      out.hidden_s += gap.hidden_s;
+      out.mean_m += gap.error_m;
+      out.stated_m += gap.stated_m;
+      out.largest_m = std::max(out.largest_m, gap.error_m);
+    }
+  }
+  const double n = static_cast<double>(std::max<std::size_t>(1, out.count));
+  out.hidden_s /= n;
+  out.mean_m /= n;
+  out.stated_m /= n;
+  return out;
+}
+
+/// Everything that the summary and the tables share.
+struct Figures {
+  RouteScores with_truth, with_calibration;
+  PooledScore chaotic;  ///< the chaotic routes, calibrated camera
+  Smoothing smoothing;  ///< of the paper's detections
+  Reappeared line, arc;
+};
+
+Figures figures_of_all(const Gathered& gathered) {
+  const ScoreOptions truth = motion("true");
+  const ScoreOptions with_calibration = calibrated(gathered.plan.routes);
+  Figures out{.with_truth = route_scores(gathered.routes, truth),
+              .with_calibration = route_scores(gathered.routes, with_calibration),
+              .chaotic = {},
+              .smoothing = {},
+              .line = reappeared(gathered.occlusion, "line", calibrated(gathered.plan.occlusion)),
+              .arc = reappeared(gathered.occlusion, "arc", calibrated(gathered.plan.occlusion))};
+  const auto chaotic =
+      chosen(gathered.routes, [](const ObservedRun& run) { return run.route.rfind("chaotic", 0) == 0; });
+  out.chaotic = pooled(chaotic, with_calibration);
+  const auto noisy = chosen(gathered.paper, [](const ObservedRun&) { return true; });
+  out.smoothing = smoothing(noisy, motion("vertical_scan"));
+  return out;
+}
+
+Row aim_row(const std::string& what, Cell paper, Cell aim, Cell ours) {
+  return {.cells = {text(what), std::move(paper), std::move(aim), std::move(ours)}};
+}
+
+Table summary(const Figures& f) {
+  Table table{.id = "aims",
+              .title = "What was aimed at, and what came out",
+              .columns = {{"figure"}, {"paper"}, {"aim"}, {"ours"}},
+              .caption =
+                  "1920 x 1080 px, 30 frames/s, one robot, camera 4 m above the floor, exposure 8 ms, "
+                  "all picture effects at their defaults. Calibrated: lens and pose wrong so that the "
+                  "floor's points move by 1.5 mm RMS, a draw for each seed. Shares are of all frames "
+                  "from 1 s after the robot came into view; nothing is left out."};
+  const Cell none = text("none");
+  const auto paper = [](double value) { return number(value, 3, Emphasis::paper); };
+  const RobotScore linear = f.with_calibration.linear.kinds.filtered.score();
+  const RobotScore curved = f.with_calibration.curved.kinds.filtered.score();
+  const RobotScore all = f.with_calibration.all.kinds.filtered.score();
+  const RobotScore truth = f.with_truth.all.kinds.filtered.score();
+  const auto add = [&](const std::string& what, Cell theirs, double aim, double ours, int digits,
+                       bool at_least = false) {
+    table.rows.push_back(
+        aim_row(what, std::move(theirs), number(aim, digits), judged(ours, aim, digits, at_least)));
+  };
+  add("calibrated: mean error, linear, filtered (m)", paper(paper::kTable2[0].currently.mean_m), 0.003,
+      linear.position_error_m.mean, 5);
+  add("calibrated: mean error, curvilinear, filtered (m)", paper(paper::kTable2[1].currently.mean_m), 0.003,
+      curved.position_error_m.mean, 5);
+  add("calibrated: 99th percentile over pooled frames (m)", none, 0.007, all.position_error_m.p99, 5);
+  add("true camera: mean error (m)", none, 0.001, truth.position_error_m.mean, 5);
+  add("true camera: 99th percentile (m)", none, 0.003, truth.position_error_m.p99, 5);
+  add("calibrated: mean heading error (degrees)", none, 0.3, kDegrees * all.yaw_error_rad.mean, 4);
+  add("calibrated: usable, error below 0.1 m (%)", number(97.0, 1, Emphasis::paper), 99.9, 100.0 * all.usable,
+      3, true);
+  add("calibrated: confident wrong poses", none, 0.0, static_cast<double>(all.confident_wrong), 0);
+  add("smoothed against filtered, the paper's detections, each run's mean removed (times)", none, 1.4,
+      f.smoothing.smoothed_m > 0 ? f.smoothing.filtered_m / f.smoothing.smoothed_m : 0.0, 2, true);
+  add("predicted 0.5 s ahead, chaotic routes, calibrated: mean (m)", none, 0.015,
+      f.chaotic.kinds.predicted.score().position_error_m.mean, 5);
+  add("after a beam on a line, calibrated: mean at reappearance (m)", none, 0.03, f.line.mean_m, 5);
+  add("after a beam on an arc, calibrated: mean at reappearance (m)", none, 0.03, f.arc.mean_m, 5);
+  return table;
+}
+
+void add_score(Table& table, const std::string& camera, const std::string& routes, const std::string& kind,
+               const RobotMetrics& metrics) {
+  const RobotScore s = metrics.score();
+  const ErrorSummary& e = s.position_error_m;
+  table.rows.push_back(
+      {{text(camera), text(routes), text(kind), number(kMm * e.mean, 3), number(kMm * e.p95, 3),
+        number(kMm * e.p99, 3), number(kMm * e.max, 3), number(kDegrees * s.yaw_error_rad.mean, 4),
+        number(kDegrees * s.yaw_error_rad.p99, 4), number(100.0 * s.usable, 3),
+        number(static_cast<double>(s.confident_wrong), 0), number(s.nees_mean, 2),
+        number(100.0 * s.ellipse_95, 1)}});
+}
+
+std::vector<report::Column> score_columns() {
+  return {{"camera"},
+          {"routes"},
+          {"kind"},
+          {"mean", "mm", "position error"},
+          {"p95", "mm", "position error"},
+          {"p99", "mm", "position error"},
+          {"largest", "mm", "position error"},
+          {"mean", "deg", "heading error"},
+          {"p99", "deg", "heading error"},
+          {"usable", "%"},
+          {"confident wrong"},
+          {"NEES"},
+          {"in the 95 % ellipse", "%"}};
+}
+
+Table kinds_table(const Figures& f) {
+  Table table{.id = "kinds",
+              .title = "By camera, routes and kind of pose",
+              .columns = score_columns(),
+              .rows = {},
+              .caption = "Predicted: 0.5 s ahead. Worst run, filtered: calibrated " +
+                         f.with_calibration.all.worst_run + " (largest error " +
+                         number_text(std::round(1e6 * f.with_calibration.all.worst_error_m) / 1e3) +
+                         " mm), true " + f.with_truth.all.worst_run + " (" +
+                         number_text(std::round(1e6 * f.with_truth.all.worst_error_m) / 1e3) +
+                         " mm). NEES is near 3 where covariances are honest, below where they are cautious."};
+  const auto add = [&](const std::string& camera, const std::string& routes, const KindMetrics& kinds) {
+    add_score(table, camera, routes, "measured", kinds.measured);
+    add_score(table, camera, routes, "filtered", kinds.filtered);
+    add_score(table, camera, routes, "smoothed", kinds.smoothed);
+    add_score(table, camera, routes, "predicted", kinds.predicted);
+  };
+  add("calibrated", "linear", f.with_calibration.linear.kinds);
+  add("calibrated", "curvilinear", f.with_calibration.curved.kinds);
+  add("true", "linear", f.with_truth.linear.kinds);
+  add("true", "curvilinear", f.with_truth.curved.kinds);
+  return table;
+}
+
+Table each_route(const Gathered& gathered) {
+  Table table{.id = "skylight-routes",
+              .title = "Route by route, filtered",
+              .columns = score_columns(),
+              .rows = {},
+              .caption = {}};
+  const ScoreOptions options = calibrated(gathered.plan.routes);
+  for (const std::string& route : routes_of(gathered.routes)) {
+    const auto runs = chosen(gathered.routes, [&](const ObservedRun& run) { return run.route == route; });
+    add_score(table, "calibrated", route, "filtered", pooled(runs, options).kinds.filtered);
+  }
+  return table;
+}
+
+std::vector<double> errors_of(const Runs& runs, const std::string& variant, const Filtering& filtering) {
+  std::vector<double> out;
+  for (const ObservedRun& run : runs) {
+    for (const auto& error : filtered_errors(run, variant, filtering))
+      out.push_back(error ? kMm * *error : INFINITY);
+  }
+  return out;
+}
+
+Plot distribution(const Gathered& gathered) {
+  const Filtering ours{.make = [] { return std::make_unique<MotionFilter>(); }};
+  Plot plot{.id = "distribution",
+            .title = "How large the errors are",
+            .x_label = "position error (mm)",
+            .y_label = "share of frames below it (%)",
+            .log_x = true,
+            .caption =
+                "From the first calibrated frame to the end of each route. A curve that ends below "
+                "100 % has frames without a pose."};
+  plot.series = {
+      report::cumulative("Skylight, true camera", errors_of(gathered.routes, "true", ours)),
+      report::cumulative("Skylight, calibrated camera", errors_of(gathered.routes, "calibrated", ours)),
+      report::cumulative("the paper's filter on Skylight's detections",
+                         errors_of(gathered.routes, "calibrated", paper_filter({}))),
+      report::cumulative("the paper's pipeline", errors_of(gathered.paper, "ray", paper_filter({})))};
+  return plot;
+}
+
+Table occlusion_table(const Gathered& gathered, const Figures& f) {
+  Table table{.id = "occlusion",
+              .title = "Under a beam: where the robot is taken to be when it is seen again",
+              .columns = {{"path"},
+                          {"odometry"},
+                          {"passes"},
+                          {"lost"},
+                          {"not observed for", "s"},
+                          {"mean error", "mm"},
+                          {"largest", "mm"},
+                          {"stated", "mm"}},
+              .caption =
+                  "Scenarios `occlusion/line` and `occlusion/arc`, a seed for each pass, calibrated camera. "
+                  "Stated: what the covariance says of the error, one sigma over both axes. It is wide "
+                  "because a robot that is not seen may have turned or stopped: the chaotic routes do so "
+                  "some 25 times a minute, and one filter serves them all."};
+  const auto add = [&](const std::string& path, const std::string& odometry, const Reappeared& r) {
+    table.rows.push_back(
+        {{text(path), text(odometry), number(static_cast<double>(r.count), 0),
+          number(static_cast<double>(r.lost), 0), number(r.hidden_s, 2), number(kMm * r.mean_m, 1),
+          number(kMm * r.largest_m, 1), number(kMm * r.stated_m, 0)}});
+  };
+  add("line", "no", f.line);
+  add("arc", "no", f.arc);
+  ScoreOptions heard = calibrated(gathered.plan.occlusion);
+  heard.odometry = true;
+  add("line", "yes", reappeared(gathered.occlusion, "line", heard));
+  add("arc", "yes", reappeared(gathered.occlusion, "arc", heard));
+  return table;
+}
+
+Table prediction_table(const Gathered& gathered) {
+  Table table{.id = "prediction",
+              .title = "How far ahead",
+              .columns = {{"ahead", "s"},
+                          {"odometry"},
+                          {"linear", "mm", "mean error"},
+                          {"circles", "mm", "mean error"},
+                          {"chaotic", "mm", "mean error"},
+                          {"NEES, chaotic"},
+                          {"in the 95 % ellipse, chaotic", "%"}},
+              .caption = "True camera: what the motion adds, without the calibration."};
+  const auto of = [&](const std::string& prefix) {
+    return chosen(gathered.routes,
+                  [&](const ObservedRun& run) { return run.route.rfind(prefix, 0) == 0 && run.seed <= 2; });
+  };
+  for (const double ahead : {0.1, 0.3, 0.5, 1.0, 2.0}) {
+    for (const bool odometry : {false, true}) {
+      ScoreOptions options = motion("true");
+      options.ahead_s = ahead;
+      options.odometry = odometry;
+      const auto score_of = [&](const std::string& prefix) {
+        return pooled(of(prefix), options).kinds.predicted.score();
+      };
+      const RobotScore chaotic = score_of("chaotic");
+      table.rows.push_back({{text(number_text(ahead)), text(odometry ? "yes" : "no"),
+                             number(kMm * score_of("line").position_error_m.mean, 2),
+                             number(kMm * score_of("circle").position_error_m.mean, 2),
+                             number(kMm * chaotic.position_error_m.mean, 2), number(chaotic.nees_mean, 2),
+                             number(100.0 * chaotic.ellipse_95, 1)}});
+    }
+  }
+  return table;
+}
+
+Table parts_table(const Gathered& gathered) {
+  Table table{.id = "ablation",
+              .title = "Where the error comes from",
+              .columns = {{"room"},
+                          {"mean", "mm", "measured"},
+                          {"scatter", "mm", "measured"},
+                          {"forward", "mm", "bias, measured"},
+                          {"left", "mm", "bias, measured"},
+                          {"mean", "mm", "filtered"},
+                          {"forward", "mm", "bias, filtered: lag"}},
+              .caption =
+                  "Calibration is the difference of the first two rows. The others: a line, a circle "
+                  "and a chaotic route, true camera, one thing changed at a time. Scatter: RMS about each "
+                  "run's mean. A filter that lags would be off backwards: negative."};
+  const auto add = [&](const std::string& name, const std::vector<const ObservedRun*>& runs,
+                       const ScoreOptions& options) {
+    const ErrorParts p = error_parts(runs, options);
+    table.rows.push_back(
+        {{text(name), number(kMm * p.measured_mean_m, 4), number(kMm * p.measured_scatter_m, 4),
+          number(kMm * p.measured_bias_m.x(), 4), number(kMm * p.measured_bias_m.y(), 4),
+          number(kMm * p.filtered_mean_m, 4), number(kMm * p.filtered_bias_m.x(), 4)}});
+  };
+  const auto all = [](const Runs& runs) { return chosen(runs, [](const ObservedRun&) { return true; }); };
+  add("all routes, calibrated camera", all(gathered.routes), motion("calibrated"));
+  add("all routes, true camera", all(gathered.routes), motion("true"));
+  ScoreOptions window = motion("true");
+  window.filter = [] { return std::make_unique<WindowFilter>(WindowFilterConfig{}); };
+  add("all routes, true camera, the paper's window filter", all(gathered.routes), window);
+  for (std::size_t i = 0; i < gathered.ablations.size(); ++i)
+    add(gathered.plan.ablations[i].name, all(gathered.ablations[i]), motion("true"));
+  return table;
+}
+
+Plot error_over_time(const Gathered& gathered) {
+  Plot plot{.id = "error-over-time",
+            .title = "One chaotic route, second by second",
+            .x_label = "time (s)",
+            .y_label = "position error (mm)",
+            .log_y = true};
+  const Filtering ours{.make = [] { return std::make_unique<MotionFilter>(); }};
+  for (const ObservedRun& run : gathered.routes) {
+    if (run.route != "chaotic-1" || run.seed != 1) continue;
+    for (const auto& [name, variant] :
+         {std::pair{"true camera", "true"}, std::pair{"calibrated", "calibrated"}}) {
+      Series series{.name = name};
+      for (const TracedFrame& frame : trace(run, variant, ours)) {
+        series.x.push_back(to_seconds(frame.captured - run.frames.front().captured));
+        series.y.push_back(frame.estimated ? kMm * (*frame.estimated - frame.truth).norm() : NAN);
+      }
+      plot.series.push_back(std::move(series));
+    }
+  }
+  return plot;
+}
+
+}  // namespace
+
+std::vector<Section> skylight_sections(const Gathered& gathered) {
+  const Figures figures = figures_of_all(gathered);
+  Section first{.id = "summary", .title = "In short", .level = 1};
+  first.blocks = {summary(figures)};
+  Section accuracy{.id = "accuracy", .title = "Skylight along the paper's routes", .level = 1};
+  accuracy.blocks = {kinds_table(figures), distribution(gathered), error_over_time(gathered),
+                     each_route(gathered)};
+  Section parts{.id = "parts", .title = "Where the error comes from", .level = 1};
+  parts.blocks = {parts_table(gathered)};
+  Section ahead{.id = "ahead", .title = "Ahead, and out of sight", .level = 1};
+  ahead.blocks = {prediction_table(gathered), occlusion_table(gathered, figures)};
+  return {std::move(first), std::move(accuracy), std::move(parts), std::move(ahead)};
+}
+
+}  // namespace skylight::service::reproduce
