@@ -89,9 +89,11 @@ Trajectory make_trajectory(const RobotView& robot, PoseKind kind, Time from, Tim
     const HistoryEntry& entry = robot.history[i];
     if (kind == PoseKind::measured && entry.measured) {
       const Observation& seen = *entry.measured;
-      out.points.push_back(
-          point(entry, kind,
-                {.at = entry.captured, .pose = seen.pose, .covariance = seen.covariance, .velocity = {}}));
+      out.points.push_back(point(entry, kind,
+                                 {.at = entry.captured,
+                                  .pose = seen.pose,
+                                  .covariance = seen.covariance + seen.correlated,
+                                  .velocity = {}}));
     } else if (kind == PoseKind::filtered && entry.filtered) {
       out.points.push_back(point(entry, kind, *entry.filtered));
     }

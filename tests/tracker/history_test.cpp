@@ -162,7 +162,9 @@ TEST(PoseHistory, WhatIsSettledStaysSoWhenOldEntriesGo) {
                      kStart + milliseconds(100 * (i - 10)));
     const HistoryView view = history.view();
     ASSERT_LE(view.settled(), view.size());
-    if (i > 17) ASSERT_GE(view.settled() + 17, view.size());
+    if (i > 17) {
+      ASSERT_GE(view.settled() + 17, view.size());
+    }
     for (std::size_t k = 0; k < view.settled(); ++k) {
       if (view.smoothed(k)) {
         ASSERT_EQ(view.smoothed(k)->at, view[k].captured) << "entry " << k << " after " << i;
