@@ -15,6 +15,7 @@ struct ReproduceFlags {
   std::string out = "reproduced";
   std::string data;
   bool quick = false;
+  int seeds = 10;
   std::size_t threads = 0;
 };
 
@@ -67,8 +68,18 @@ void print_summary(const report::Document& document) {
   }
 }
 
+// Said now, not after an hour.
+void make_folder(const ReproduceFlags& flags) {
+  std::error_code error;
+  fs::create_directories(flags.out, error);
+  if (error || !fs::is_directory(flags.out))
+    throw UsageError("--out is '" + flags.out +
+                     "', which cannot be made: " + (error ? error.message() : "it is no folder"));
+}
+
 int run_reproduce(const ReproduceFlags& flags) {
-  reproduce::Plan plan = flags.quick ? reproduce::quick_plan() : reproduce::full_plan();
+  make_folder(flags);
+  reproduce::Plan plan = flags.quick ? reproduce::quick_plan() : reproduce::full_plan(flags.seeds);
   plan.mrclam = mrclam_folder(flags);
   StageLine line;
   const auto gathered = reproduce::gather(
@@ -76,7 +87,9 @@ int run_reproduce(const ReproduceFlags& flags) {
       {.folder = fs::path(flags.out) / "observed",
        .threads = flags.threads,
        .progress = [&](const std::string& stage, const reproduce::Progress& p) { line.show(stage, p); }});
-  const std::string command = flags.quick ? "skylight reproduce --quick" : "skylight reproduce";
+  std::string command = "skylight reproduce";
+  if (flags.quick) command.append(" --quick");
+  if (!flags.quick && flags.seeds != 10) command.append(" --seeds ").append(std::to_string(flags.seeds));
   const report::Document document =
       reproduce::document(gathered, {{"Command", command}, {"Version", SKYLIGHT_VERSION}});
   report::write(document, flags.out);
@@ -95,6 +108,8 @@ void add_reproduce(CLI::App& app, Run& run) {
       "goes on where it stopped");
   command->add_option("--out", flags->out, "Folder of the report; detections are kept in it (reproduced)");
   command->add_flag("--quick", flags->quick, "A first look: a few routes, cut short");
+  command->add_option("--seeds", flags->seeds, "Runs of each route, seeds 1, 2, ... (the paper's 10)")
+      ->check(CLI::Range(1, 1000));
   command->add_option("--data", flags->data, "Folder of the real data (../shared/data, where it is there)");
   command->add_option("--threads", flags->threads, "Runs at the same time (the machine's cores)")
       ->check(CLI::Range(1, 256));

@@ -19,8 +19,10 @@ std::vector<Ablation> all_ablations() {
 
 }  // namespace
 
-Plan full_plan() {
+Plan full_plan(int seeds) {
   Plan plan;
+  plan.paper.seeds = seeds;
+  plan.routes.seeds = seeds;
   plan.routes.routes = paper_routes();
   plan.occlusion = {.folder = "occlusion", .routes = {"line", "arc"}, .seeds = 30};
   plan.ablated = {.routes = {"line-2", "circle-2", "chaotic-1"}, .seeds = 1};

@@ -35,8 +35,8 @@ struct Plan {
   std::optional<std::filesystem::path> mrclam;  ///< the data set's folder, where it is there
 };
 
-/// All of it, or a first look in two minutes.
-Plan full_plan();
+/// All of it with so many seeds of each route (the paper's ten), or a first look in two minutes.
+Plan full_plan(int seeds = 10);
 Plan quick_plan();
 
 struct Gathered {

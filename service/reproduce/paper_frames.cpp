@@ -151,8 +151,8 @@ ObservedRun paper_run(const ScenarioRun& scenario, const std::string& route) {
 std::vector<Job> paper_jobs(const PaperPlan& plan) {
   const std::vector<std::string> changes = changes_of(plan.setup);
   std::vector<Job> jobs;
-  for (const std::string& route : plan.routes) {
-    for (int seed = 1; seed <= plan.seeds; ++seed) {
+  for (int seed = 1; seed <= plan.seeds; ++seed) {
+    for (const std::string& route : plan.routes) {
       ScenarioRun scenario = scenario_run("paper/" + route, static_cast<std::uint64_t>(seed), changes);
       if (plan.at_most_s > 0.0) scenario.cut(plan.at_most_s);
       const double pixels = plan.setup.px_per_metre * plan.setup.px_per_metre;

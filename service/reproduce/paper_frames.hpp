@@ -86,7 +86,7 @@ PaperPlan quick_paper_plan();
 /// What the pipeline sees of a scenario's first robot by its first camera. Throws as SimulatorFrames.
 ObservedRun paper_run(const ScenarioRun& scenario, const std::string& route);
 
-/// One job for each route and seed, routes first. Throws SourceError or settings::Error.
+/// One job for each seed and route: all routes once, then again. Throws SourceError or settings::Error.
 std::vector<Job> paper_jobs(const PaperPlan& plan);
 
 struct ResolutionPoint {

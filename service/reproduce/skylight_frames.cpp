@@ -57,8 +57,8 @@ std::vector<Job> skylight_jobs(const SkylightPlan& plan) {
   std::vector<std::string> changes{"cameras[0].depth.enabled=false"};
   changes.insert(changes.end(), plan.changes.begin(), plan.changes.end());
   std::vector<Job> jobs;
-  for (const std::string& route : plan.routes) {
-    for (int seed = 1; seed <= plan.seeds; ++seed) {
+  for (int seed = 1; seed <= plan.seeds; ++seed) {
+    for (const std::string& route : plan.routes) {
       ScenarioRun scenario =
           scenario_run(plan.folder + "/" + route, static_cast<std::uint64_t>(seed), changes);
       if (plan.at_most_s > 0.0) scenario.cut(plan.at_most_s);

@@ -36,7 +36,7 @@ struct SkylightPlan {
 /// Throws as SimulatorFrames.
 ObservedRun skylight_run(const ScenarioRun& scenario, const std::string& route);
 
-/// One job for each route and seed, routes first. Throws SourceError or settings::Error.
+/// One job for each seed and route: all routes once, then again. Throws SourceError or settings::Error.
 std::vector<Job> skylight_jobs(const SkylightPlan& plan);
 
 /// What the "calibrated" camera of a seed is told of its own error, as a covariance of the pose (x, y, yaw)

@@ -18,7 +18,7 @@ import unittest
 import zlib
 
 PROGRAM = None
-COMMANDS = ("serve", "track", "simulate", "evaluate")
+COMMANDS = ("serve", "track", "simulate", "evaluate", "reproduce")
 
 # One robot on a short arc under a small camera.
 SCENARIO = {
@@ -109,6 +109,15 @@ class Usage(Case):
         self.refused(2, ["--duration", "soon"], "simulate", "straight", "--duration", "soon")
         self.refused(2, ["--seed"], "simulate", "straight", "--seed", "-4")
         self.refused(2, ["--kind", "predicted"], "track", "x.mp4", "--kind", "predicted")
+
+    def test_reproduce(self):
+        with tempfile.TemporaryDirectory() as folder:
+            taken = pathlib.Path(folder, "taken")
+            taken.write_text("a file")
+            self.refused(2, ["--out", "taken"], "reproduce", "--out", taken)
+            self.refused(2, ["--data", "nowhere", "mrclam6"], "reproduce", "--out", folder, "--data", "nowhere")
+            self.refused(2, ["--seeds"], "reproduce", "--out", folder, "--seeds", "0")
+            self.assertEqual(os.listdir(folder), ["taken"])
 
     def test_evaluate(self):
         self.refused(2, ["smoothed", "window", "measured, filtered, predicted"], "evaluate", "straight", "--kind",
