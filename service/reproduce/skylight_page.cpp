@@ -251,11 +251,11 @@ Plot distribution(const Gathered& gathered) {
   Plot plot{.id = "distribution",
             .title = "How large the errors are",
             .x_label = "position error (mm)",
-            .y_label = "share of frames below it (%)",
+            .y_label = "share of frames below it",
             .log_x = true,
             .caption =
                 "From the first calibrated frame to the end of each route. A curve that ends below "
-                "100 % has frames without a pose."};
+                "1 has frames without a pose."};
   plot.series = {
       report::cumulative("Skylight, true camera", errors_of(gathered.routes, "true", ours)),
       report::cumulative("Skylight, calibrated camera", errors_of(gathered.routes, "calibrated", ours)),
