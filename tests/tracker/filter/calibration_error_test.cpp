@@ -235,8 +235,10 @@ TEST(CalibrationError, ClaimsOfTwoCamerasAreHonestOverManyCalibrations) {
     after.add(step.estimate.value(), truth(2.0));
     smoothed_there.add(filter.smoothed(instant(1.3)).value(), truth(1.3));
   }
+  // The mean of 200 is known to 0.17; what is widened when one camera hands over to the other is cautious.
   for (const test::Score& score : {together, after, smoothed_there}) {
-    EXPECT_NEAR(score.nees, 3.0, 0.6);
+    EXPECT_GT(score.nees, 2.1);
+    EXPECT_LT(score.nees, 3.6);
     EXPECT_GE(score.inside, 0.90);
     EXPECT_LE(score.inside, 0.98);
   }
