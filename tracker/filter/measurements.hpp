@@ -11,7 +11,8 @@ namespace motion {
 /// Readings of odometry closer together than this share their errors, s.
 inline constexpr double kOdometryMemory = 0.25;
 
-/// Finite, within 1000 km, with a positive definite covariance and no negative variance of what is correlated.
+/// Finite, within 1000 km, with a positive definite covariance and no negative variance of what is
+/// correlated.
 bool usable(const Observation& observation);
 bool usable(const BodyVelocity& velocity);
 

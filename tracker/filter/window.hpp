@@ -74,8 +74,8 @@ std::vector<double> window_noise_gains(int window_size);
 ///    alone would make of it (lag and the swing on turns show here); of yaw, the observation's. With the time
 ///    since the last accepted position it grows by the offset's own variance and by a random walk of velocity
 ///    that makes a robot's velocity another one after about a second. What the last accepted observation says
-///    of its camera's calibration (`correlated`) is added to what is published and to nothing else: the window
-///    does not average it away.
+///    of its camera's calibration (`correlated`) is added to what is published and to nothing else: the
+///    window does not average it away.
 /// An observation that is not finite counts as none.
 class WindowFilter final : public Filter {
  public:
