@@ -60,7 +60,8 @@ class Player {
     told_.steps.push_back(filter_->update(frame.captured, seen));
     predict(i);
     // As the tracker does: half a lag's frames at a time.
-    if (lag_ > Duration::zero() && frame.captured - run_.frames[smoothed_].captured >= lag_ + lag_ / 3)
+    if (options_.smoothed && lag_ > Duration::zero() &&
+        frame.captured - run_.frames[smoothed_].captured >= lag_ + lag_ / 3)
       smooth(frame.captured, frame.captured - lag_);
   }
 
@@ -71,7 +72,7 @@ class Player {
   }
 
   void smooth(Time newest, Time until) {
-    if (lag_ <= Duration::zero() || smoothed_ >= run_.frames.size()) return;
+    if (!options_.smoothed || lag_ <= Duration::zero() || smoothed_ >= run_.frames.size()) return;
     const Time first = std::max(run_.frames[smoothed_].captured, newest - lag_ - lag_ / 2);
     const std::vector<Estimate> poses = filter_->smoothed_from(first);
     auto pose = poses.begin();

@@ -17,6 +17,7 @@ struct ScoreOptions {
   std::string variant;
   bool odometry = false;  ///< the filter hears what the robot's wheels say
   double ahead_s = 0.5;   ///< how far ahead `predicted` is
+  bool smoothed = true;   ///< false: no smoothed poses, which cost more than all the rest
   std::function<CorrelatedError(const ObservedRun&)> calibration;  ///< none: the camera is known exactly
 };
 

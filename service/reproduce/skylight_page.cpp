@@ -229,7 +229,8 @@ Table each_route(const Gathered& gathered) {
               .columns = score_columns(),
               .rows = {},
               .caption = {}};
-  const ScoreOptions options = calibrated(gathered.plan.routes);
+  ScoreOptions options = calibrated(gathered.plan.routes);
+  options.smoothed = false;
   for (const std::string& route : routes_of(gathered.routes)) {
     const auto runs = chosen(gathered.routes, [&](const ObservedRun& run) { return run.route == route; });
     add_score(table, "calibrated", route, "filtered", pooled(runs, options).kinds.filtered);
@@ -315,6 +316,7 @@ Table prediction_table(const Gathered& gathered) {
     for (const bool odometry : {false, true}) {
       ScoreOptions options = motion("true");
       options.ahead_s = ahead;
+      options.smoothed = false;
       options.odometry = odometry;
       const auto score_of = [&](const std::string& prefix) {
         return pooled(of(prefix), options).kinds.predicted.score();
@@ -346,7 +348,9 @@ Table parts_table(const Gathered& gathered) {
                   "run's mean. A filter that lags would be off backwards: negative."};
   const auto add = [&](const std::string& name, const std::vector<const ObservedRun*>& runs,
                        const ScoreOptions& options) {
-    const ErrorParts p = error_parts(runs, options);
+    ScoreOptions plain = options;
+    plain.smoothed = false;
+    const ErrorParts p = error_parts(runs, plain);
     table.rows.push_back(
         {{text(name), number(kMm * p.measured_mean_m, 4), number(kMm * p.measured_scatter_m, 4),
           number(kMm * p.measured_bias_m.x(), 4), number(kMm * p.measured_bias_m.y(), 4),
