@@ -1,5 +1,5 @@
 // The service's configuration: one JSON file (comments allowed), see deploy/skylight.sample.json and the
-// schema beside it. Defaults live here, what is allowed stands in config_fields.cpp.
+// schema beside it. Defaults live here, what is allowed stands in config_fields.cpp and tracker_fields.cpp.
 //
 // Layers, each over the one before: these defaults, the file, environment variables, flags. A variable is
 // SKYLIGHT_ and the key path in capitals with two underscores between its steps (keys have single ones):

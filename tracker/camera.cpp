@@ -11,7 +11,6 @@
 namespace skylight {
 namespace {
 
-constexpr int kLargestSide = 65'535;
 constexpr double kLongestFocalLength = 1e7;
 constexpr double kLargestCoefficient = 1e6;
 /// Where a model that never folds back still ends: 89.9999 degrees off the axis of a pinhole ...
@@ -120,8 +119,8 @@ void append_range(std::ostringstream& out, const char* field, double value, doub
 
 std::string check(const Intrinsics& in) {
   std::ostringstream out;
-  append_range(out, "width_px", in.width_px, 1, kLargestSide);
-  append_range(out, "height_px", in.height_px, 1, kLargestSide);
+  append_range(out, "width_px", in.width_px, 1, Intrinsics::kLargestSide);
+  append_range(out, "height_px", in.height_px, 1, Intrinsics::kLargestSide);
   append_range(out, "fx_px", in.fx_px, 1e-3, kLongestFocalLength);
   append_range(out, "fy_px", in.fy_px, 1e-3, kLongestFocalLength);
   append_range(out, "cx_px", in.cx_px, -0.5, in.width_px - 0.5);

@@ -18,6 +18,8 @@ enum class LensModel : std::uint8_t { brown_conrady, kannala_brandt };
 
 /// Intrinsics in pixels. The centre of the top-left pixel is (0, 0).
 struct Intrinsics {
+  static constexpr int kLargestSide = 65'535;  ///< px
+
   int width_px = 0;
   int height_px = 0;
   double fx_px = 0.0;
