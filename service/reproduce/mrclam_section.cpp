@@ -9,18 +9,12 @@
 #include <Eigen/Geometry>
 
 #include "service/reproduce/mrclam.hpp"
+#include "service/reproduce/page.hpp"
 
 namespace skylight::service::reproduce {
 namespace {
 
-using report::Cell;
-using report::Colour;
-using report::Plot;
-using report::Series;
-using report::Style;
-
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::array<const char*, kMrclamFilters> kNames{
     "window filter", "motion filter", "motion filter, odometry", "motion filter, slow error told"};
 constexpr std::size_t kPathFrames = 600;  // 60 s

@@ -1,5 +1,6 @@
 #include "service/reproduce/observed_run.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdio>
@@ -16,9 +17,9 @@ constexpr std::string_view kTitle = "skylight observed run";
 constexpr std::string_view kRunColumns = "route,seed,frame_rate_hz,width_px,height_px";
 constexpr std::string_view kFrameColumns =
     "captured_ns,truth_x_m,truth_y_m,truth_yaw_rad,in_view,visible; of each variant: captured_ns,x_m,y_m,"
-    "yaw_rad,covariance (9),source,camera,score,heading_turns";
+    "yaw_rad,covariance (9),correlated (9),source,camera,score,heading_turns";
 constexpr std::string_view kOdometryColumns = "at_ns,forward_mps,sideways_mps,yaw_rate_radps,covariance (9)";
-constexpr std::size_t kFieldsOfObservation = 17;
+constexpr std::size_t kFieldsOfObservation = 26;
 constexpr std::size_t kMostFrames = 10'000'000;
 constexpr std::array kSources{PoseSource::orb,      PoseSource::align, PoseSource::homography,
                               PoseSource::apriltag, PoseSource::depth, PoseSource::prediction};
@@ -62,8 +63,8 @@ void write_observation(Line& line, const std::optional<Observation>& seen) {
     return;
   }
   line.time(seen->captured).number(seen->pose.x).number(seen->pose.y).number(seen->pose.yaw);
-  line.matrix(seen->covariance).text(to_string(seen->source)).number(seen->camera);
-  line.number(seen->score).number(seen->heading_turns);
+  line.matrix(seen->covariance).matrix(seen->correlated);
+  line.text(to_string(seen->source)).number(seen->camera).number(seen->score).number(seen->heading_turns);
 }
 
 void check_name(std::string_view name, const char* what) {
@@ -125,10 +126,10 @@ class Reader {
     return value;
   }
   Time time(const char* what) { return Time{Duration{number<Duration::rep>(what)}}; }
-  Covariance3 matrix() {
+  Covariance3 matrix(const char* what) {
     Covariance3 value;
     for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 3; ++column) value(row, column) = number<double>("covariance");
+      for (int column = 0; column < 3; ++column) value(row, column) = number<double>(what);
     return value;
   }
   void expect(std::string_view wanted, const char* what) {
@@ -142,9 +143,9 @@ class Reader {
     fields_left_ = false;
   }
   bool observation_left_out() const {
-    constexpr std::string_view kCommas = ",,,,,,,,,,,,,,,,,";  // one fewer stand between the fields
-    const std::string_view commas = kCommas.substr(0, kFieldsOfObservation - 1);
-    return rest_ == commas || rest_.substr(0, kFieldsOfObservation) == kCommas;
+    // A comma follows each field but the line's last.
+    const std::size_t other = std::min(rest_.find_first_not_of(','), rest_.size());
+    return other >= kFieldsOfObservation || (other == kFieldsOfObservation - 1 && other == rest_.size());
   }
   void skip(std::size_t fields) {
     for (std::size_t i = 0; i < fields; ++i) field("observation");
@@ -180,7 +181,8 @@ std::optional<Observation> read_observation(Reader& in) {
   seen.pose.x = in.number<double>("x_m");
   seen.pose.y = in.number<double>("y_m");
   seen.pose.yaw = in.number<double>("yaw_rad");
-  seen.covariance = in.matrix();
+  seen.covariance = in.matrix("covariance");
+  seen.correlated = in.matrix("correlated");
   seen.source = read_source(in);
   seen.camera = in.number<std::size_t>("camera");
   seen.score = in.number<double>("score");
@@ -227,7 +229,7 @@ void read_odometry(Reader& in, ObservedRun& run) {
     reading.forward = in.number<double>("forward_mps");
     reading.sideways = in.number<double>("sideways_mps");
     reading.yaw_rate = in.number<double>("yaw_rate_radps");
-    reading.covariance = in.matrix();
+    reading.covariance = in.matrix("covariance");
     in.end_of_line();
     run.odometry.push_back(reading);
   }
@@ -260,6 +262,13 @@ std::string content_of(const fs::path& path) {
 }
 
 }  // namespace
+
+std::size_t variant_index(const ObservedRun& run, std::string_view variant) {
+  const auto found = std::find(run.variants.begin(), run.variants.end(), variant);
+  if (found == run.variants.end())
+    throw std::invalid_argument(run.route + " has no variant called " + std::string(variant));
+  return static_cast<std::size_t>(found - run.variants.begin());
+}
 
 std::string fingerprint(std::string_view text) {
   std::uint64_t hash = 14695981039346656037ull;

@@ -47,8 +47,11 @@ struct ObservedRun {
   std::vector<BodyVelocity> odometry;  ///< in order of time; empty where the robot sends none
 };
 
+/// Its place in ObservedRun::variants. Throws std::invalid_argument where the run has no such variant.
+std::size_t variant_index(const ObservedRun& run, std::string_view variant);
+
 /// Counts up whenever the file changes its shape, or the same key would mean another run.
-inline constexpr int kRunFormat = 1;
+inline constexpr int kRunFormat = 2;
 
 /// What is wrong with a run's file, one line: `line-1.csv:7: truth_x_m is no number: "1.2.3"`.
 struct RunFileError : std::runtime_error {

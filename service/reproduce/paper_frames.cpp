@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core/version.hpp>
 
+#include "service/reproduce/watch.hpp"
 #include "settings/text.hpp"
 
 namespace skylight::service::reproduce {
@@ -129,23 +130,12 @@ ResolutionPlan quick_resolution_plan() {
 
 ObservedRun paper_run(const ScenarioRun& scenario, const std::string& route) {
   SimulatorFrames simulator(scenario);
-  const SimulatedCamera& camera = simulator.cameras().at(0);
+  const CameraModel& camera = simulator.cameras().at(0).model;
   const PaperEyes eyes(simulator.robots().at(0).appearance);
-  ObservedRun run{.route = route,
-                  .seed = scenario.seed(),
-                  .frame_rate_hz = camera.frame_rate_hz,
-                  .width_px = camera.model.intrinsics().width_px,
-                  .height_px = camera.model.intrinsics().height_px};
-  for (const PaperVariant& variant : paper_variants()) run.variants.emplace_back(variant.name);
-  while (const auto frame = simulator.next()) {
-    const Truth& truth = simulator.truth().at(0);
-    run.frames.push_back({.captured = frame->captured,
-                          .truth = truth.pose,
-                          .in_view = truth.in_view,
-                          .visible = truth.visible,
-                          .seen = eyes.look(*frame, camera.model)});
-  }
-  return run;
+  std::vector<std::string> names;
+  for (const PaperVariant& variant : paper_variants()) names.emplace_back(variant.name);
+  return watch(simulator, route, std::move(names),
+               [&](const Frame& frame) { return eyes.look(frame, camera); });
 }
 
 std::vector<Job> paper_jobs(const PaperPlan& plan) {

@@ -3,29 +3,13 @@
 
 #include "service/reproduce/detection_errors.hpp"
 #include "service/reproduce/experiments.hpp"
+#include "service/reproduce/page.hpp"
 #include "service/reproduce/paper_figures.hpp"
 #include "service/reproduce/paper_tables.hpp"
-#include "settings/text.hpp"
 #include "tracker/filter/motion.hpp"
 
 namespace skylight::service::reproduce {
 namespace {
-
-using report::Cell;
-using report::Colour;
-using report::Emphasis;
-using report::number;
-using report::Paragraph;
-using report::Plot;
-using report::Row;
-using report::Section;
-using report::Series;
-using report::Style;
-using report::Table;
-using report::text;
-using settings::number_text;
-
-constexpr double kMm = 1000.0;
 
 Plot resolution_plot(const Gathered& gathered) {
   Plot plot{.id = "found-over-resolution",

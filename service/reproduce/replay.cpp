@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "service/reproduce/paper_frames.hpp"
 #include "tracker/metrics.hpp"
@@ -11,13 +10,6 @@ namespace skylight::service::reproduce {
 namespace {
 
 constexpr double kUsableError = RobotMetrics::kUsableError;
-
-std::size_t index_of(const ObservedRun& run, std::string_view variant) {
-  const auto found = std::find(run.variants.begin(), run.variants.end(), variant);
-  if (found == run.variants.end())
-    throw std::invalid_argument(run.route + " has no variant called " + std::string(variant));
-  return static_cast<std::size_t>(found - run.variants.begin());
-}
 
 double reference_of(std::string_view variant) {
   for (const PaperVariant& one : paper_variants())
@@ -80,7 +72,7 @@ Filtering paper_filter(const WindowFilterConfig& config) {
 }
 
 std::vector<TracedFrame> trace(const ObservedRun& run, std::string_view variant) {
-  const std::size_t v = index_of(run, variant);
+  const std::size_t v = variant_index(run, variant);
   const double reference = reference_of(variant);
   std::vector<TracedFrame> out;
   for (const ObservedFrame& frame : run.frames) {
@@ -97,7 +89,7 @@ std::vector<TracedFrame> trace(const ObservedRun& run, std::string_view variant)
 
 std::vector<TracedFrame> trace(const ObservedRun& run, std::string_view variant, const Filtering& filtering) {
   std::vector<TracedFrame> out = trace(run, variant);
-  const std::size_t v = index_of(run, variant);
+  const std::size_t v = variant_index(run, variant);
   const double reference = reference_of(variant);
   const std::unique_ptr<Filter> filter = filtering.make();
   for (std::size_t i = 0; i < out.size(); ++i) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace skylight::service::reproduce {
 namespace {
@@ -17,13 +16,6 @@ struct Told {
   std::vector<std::optional<Estimate>> ahead;     ///< for this frame, ahead_s before
 };
 
-std::size_t variant_index(const ObservedRun& run, const std::string& variant) {
-  const auto found = std::find(run.variants.begin(), run.variants.end(), variant);
-  if (found == run.variants.end())
-    throw std::invalid_argument(run.route + " has no variant called " + variant);
-  return static_cast<std::size_t>(found - run.variants.begin());
-}
-
 /// Plays a run into a filter and takes down what it says.
 class Player {
  public:
@@ -33,7 +25,6 @@ class Player {
         filter_(options.filter()),
         lag_(filter_->smoothing_lag()),
         variant_(variant_index(run, options.variant)) {
-    if (options.calibration) correlated_ = options.calibration(run);
     const std::size_t n = run.frames.size();
     told_ = {.seen = {}, .steps = {}, .smoothed = {}, .expected = {}, .ahead = {}};
     told_.smoothed.resize(n);
@@ -54,8 +45,7 @@ class Player {
         filter_->odometry(run_.odometry[heard_]);
     }
     told_.expected.push_back(filter_->predict(frame.captured));
-    std::optional<Observation> seen = frame.seen.at(variant_);
-    if (seen && correlated_) seen->correlated = correlated_(seen->pose);
+    const std::optional<Observation>& seen = frame.seen.at(variant_);
     told_.seen.push_back(seen);
     told_.steps.push_back(filter_->update(frame.captured, seen));
     predict(i);
@@ -88,7 +78,6 @@ class Player {
   std::unique_ptr<Filter> filter_;
   Duration lag_;
   std::size_t variant_;
-  CorrelatedError correlated_;
   Told told_;
   std::size_t heard_ = 0;
   std::size_t ahead_ = 0;

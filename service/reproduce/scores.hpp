@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "service/reproduce/replay.hpp"
-#include "service/reproduce/skylight_frames.hpp"
 #include "tracker/metrics.hpp"
 
 namespace skylight::service::reproduce {
@@ -18,7 +17,6 @@ struct ScoreOptions {
   bool odometry = false;  ///< the filter hears what the robot's wheels say
   double ahead_s = 0.5;   ///< how far ahead `predicted` is
   bool smoothed = true;   ///< false: no smoothed poses, which cost more than all the rest
-  std::function<CorrelatedError(const ObservedRun&)> calibration;  ///< none: the camera is known exactly
 };
 
 /// One run's frames, or several runs' pooled.

@@ -1,6 +1,7 @@
 #include "service/reproduce/skylight_frames.hpp"
 
 #include "service/evaluation/camera_error.hpp"
+#include "service/reproduce/watch.hpp"
 #include "settings/text.hpp"
 #include "tracker/tracker.hpp"
 
@@ -10,47 +11,29 @@ namespace {
 /// Counts up when the detector or what is done here changes what is seen.
 constexpr int kDetectorVersion = 1;
 
-Tracker tracker_for(const SimulatorFrames& simulator, const CameraModel& camera) {
-  Tracker tracker({camera});
+/// A tracker for the first robot by the first camera, as it is or as a calibration gives it.
+Tracker tracker_for(const SimulatorFrames& simulator, const CameraModel& camera,
+                    const std::vector<CameraUncertainty>& told) {
+  TrackerConfig config;
+  config.calibration = told;
+  Tracker tracker({camera}, config);
   const SimulatedRobot& robot = simulator.robots().at(0);
   tracker.add({.id = robot.id, .appearance = robot.appearance});
   return tracker;
-}
-
-WrongCamera calibrated(const SimulatorFrames& simulator) {
-  return wrong_camera(simulator.cameras().at(0).model, {.rms_m = kCalibrationRms, .seed = simulator.seed()});
-}
-
-std::optional<Observation> look(Tracker& tracker, const Frame& frame) {
-  return tracker.process(frame).at(0).measured;
 }
 
 }  // namespace
 
 ObservedRun skylight_run(const ScenarioRun& scenario, const std::string& route) {
   SimulatorFrames simulator(scenario);
-  const SimulatedCamera& camera = simulator.cameras().at(0);
-  ObservedRun run{.route = route,
-                  .seed = scenario.seed(),
-                  .frame_rate_hz = camera.frame_rate_hz,
-                  .width_px = camera.model.intrinsics().width_px,
-                  .height_px = camera.model.intrinsics().height_px,
-                  .variants = {"true", "calibrated"}};
-  Tracker with_truth = tracker_for(simulator, camera.model);
-  Tracker with_calibration = tracker_for(simulator, calibrated(simulator).model);
-  while (const auto frame = simulator.next()) {
-    const Truth& truth = simulator.truth().at(0);
-    run.frames.push_back({.captured = frame->captured,
-                          .truth = truth.pose,
-                          .in_view = truth.in_view,
-                          .visible = truth.visible,
-                          .seen = {look(with_truth, *frame), look(with_calibration, *frame)}});
-    for (const Odometry& said : simulator.take_odometry()) {
-      run.odometry.push_back(
-          {.at = said.at, .forward = said.v_mps, .sideways = said.side_mps, .yaw_rate = said.w_radps});
-    }
-  }
-  return run;
+  const CameraModel& camera = simulator.cameras().at(0).model;
+  const WrongCamera calibrated = wrong_camera(camera, {.rms_m = kCalibrationRms, .seed = simulator.seed()});
+  Tracker with_truth = tracker_for(simulator, camera, {});
+  Tracker with_calibration = tracker_for(simulator, calibrated.model, {calibrated.told});
+  return watch(simulator, route, {"true", "calibrated"}, [&](const Frame& frame) {
+    return std::vector{with_truth.process(frame).at(0).measured,
+                       with_calibration.process(frame).at(0).measured};
+  });
 }
 
 std::vector<Job> skylight_jobs(const SkylightPlan& plan) {
@@ -74,14 +57,6 @@ std::vector<Job> skylight_jobs(const SkylightPlan& plan) {
     }
   }
   return jobs;
-}
-
-CorrelatedError calibration_error(const ScenarioRun& scenario) {
-  const SimulatorFrames simulator(scenario);
-  const double height = simulator.robots().at(0).appearance->picture().surface_height_m;
-  return [camera = calibrated(simulator), height](const Pose2& pose) {
-    return floor_covariance(camera.model, camera.told, pose.position(), height).value_or(Covariance3::Zero());
-  };
 }
 
 }  // namespace skylight::service::reproduce

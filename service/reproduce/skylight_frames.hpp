@@ -11,14 +11,12 @@
 //               route has a calibration of its own
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "service/reproduce/jobs.hpp"
 #include "service/reproduce/observed_run.hpp"
 #include "service/sources/simulator.hpp"
-#include "tracker/camera_uncertainty.hpp"
 
 namespace skylight::service::reproduce {
 
@@ -38,10 +36,5 @@ ObservedRun skylight_run(const ScenarioRun& scenario, const std::string& route);
 
 /// One job for each seed and route: all routes once, then again. Throws SourceError or settings::Error.
 std::vector<Job> skylight_jobs(const SkylightPlan& plan);
-
-/// What the "calibrated" camera of a seed is told of its own error, as a covariance of the pose (x, y, yaw)
-/// of a robot that it sees at a place. The runs keep observations alone; this gives them back the rest.
-using CorrelatedError = std::function<Covariance3(const Pose2& pose)>;
-CorrelatedError calibration_error(const ScenarioRun& scenario);
 
 }  // namespace skylight::service::reproduce

@@ -1,137 +1,32 @@
 // Skylight's half of the report: what was aimed at, what came out, and where the rest comes from.
 #include <cmath>
-#include <map>
 
 #include "service/report/shares.hpp"
-#include "service/reproduce/experiments.hpp"
+#include "service/reproduce/page.hpp"
 #include "service/reproduce/paper_figures.hpp"
-#include "settings/text.hpp"
+#include "service/reproduce/skylight_figures.hpp"
 #include "tracker/filter/motion.hpp"
 
 namespace skylight::service::reproduce {
 namespace {
-
-using report::Cell;
-using report::Colour;
-using report::Emphasis;
-using report::number;
-using report::Paragraph;
-using report::Plot;
-using report::Row;
-using report::Section;
-using report::Series;
-using report::Style;
-using report::Table;
-using report::text;
-using settings::number_text;
-
-constexpr double kMm = 1000.0;
-constexpr double kDegrees = 57.29577951308232;
-
-ScoreOptions motion(const std::string& variant) {
-  return {.filter = [] { return std::make_unique<MotionFilter>(); }, .variant = variant, .calibration = {}};
-}
-
-/// What each seed's camera is told of its error, made once for each.
-std::function<CorrelatedError(const ObservedRun&)> calibrations(const SkylightPlan& plan) {
-  auto known = std::make_shared<std::map<std::uint64_t, CorrelatedError>>();
-  return [known, name = plan.folder + "/" + plan.routes.front()](const ObservedRun& run) {
-    auto& error = (*known)[run.seed];
-    if (!error) error = calibration_error(scenario_run(name, run.seed));
-    return error;
-  };
-}
-
-ScoreOptions calibrated(const SkylightPlan& plan) {
-  ScoreOptions options = motion("calibrated");
-  options.calibration = calibrations(plan);
-  return options;
-}
-
-/// All that the tables of the routes show, computed once.
-struct RouteScores {
-  PooledScore linear, curved, all;
-};
-
-RouteScores route_scores(const Runs& runs, const ScoreOptions& options) {
-  RouteScores out{
-      .linear = pooled(linear_runs(runs), options), .curved = pooled(curved_runs(runs), options), .all = {}};
-  out.all = out.linear;
-  out.all.kinds.merge(out.curved.kinds);
-  if (out.curved.worst_error_m > out.all.worst_error_m) {
-    out.all.worst_error_m = out.curved.worst_error_m;
-    out.all.worst_run = out.curved.worst_run;
-  }
-  return out;
-}
 
 Cell judged(double value, double aim, int digits, bool at_least = false) {
   const bool kept = at_least ? value >= aim : value <= aim;
   return number(value, digits, kept ? Emphasis::good : Emphasis::bad);
 }
 
-struct Reappeared {
-  std::size_t count = 0;
-  std::size_t lost = 0;
-  double hidden_s = 0.0;
-  double mean_m = 0.0;
-  double largest_m = 0.0;
-  double stated_m = 0.0;
-};
-
-Reappeared reappeared(const Runs& runs, const std::string& route, const ScoreOptions& options) {
-  Reappeared out;
-  for (const ObservedRun& run : runs) {
-    if (run.route != route) continue;
-    for (const Reappearance& gap : reappearances(run, options, 1.5)) {
-      if (gap.lost) {
-        ++out.lost;
-        continue;
-      }
-      ++out.count;
-      out.hidden_s += gap.hidden_s;
-      out.mean_m += gap.error_m;
-      out.stated_m += gap.stated_m;
-      out.largest_m = std::max(out.largest_m, gap.error_m);
-    }
-  }
-  const double n = static_cast<double>(std::max<std::size_t>(1, out.count));
-  out.hidden_s /= n;
-  out.mean_m /= n;
-  out.stated_m /= n;
-  return out;
-}
-
-/// Everything that the summary and the tables share.
-struct Figures {
-  RouteScores with_truth, with_calibration;
-  PooledScore chaotic;  ///< the chaotic routes, calibrated camera
-  Smoothing smoothing;  ///< of the paper's detections
-  Reappeared line, arc;
-};
-
-Figures figures_of_all(const Gathered& gathered) {
-  const ScoreOptions truth = motion("true");
-  const ScoreOptions with_calibration = calibrated(gathered.plan.routes);
-  Figures out{.with_truth = route_scores(gathered.routes, truth),
-              .with_calibration = route_scores(gathered.routes, with_calibration),
-              .chaotic = {},
-              .smoothing = {},
-              .line = reappeared(gathered.occlusion, "line", calibrated(gathered.plan.occlusion)),
-              .arc = reappeared(gathered.occlusion, "arc", calibrated(gathered.plan.occlusion))};
-  const auto chaotic =
-      chosen(gathered.routes, [](const ObservedRun& run) { return run.route.rfind("chaotic", 0) == 0; });
-  out.chaotic = pooled(chaotic, with_calibration);
-  const auto noisy = chosen(gathered.paper, [](const ObservedRun&) { return true; });
-  out.smoothing = smoothing(noisy, motion("vertical_scan"));
-  return out;
+/// Without odometry.
+Reappeared beam_of(const SkylightFigures& f, std::string_view path) {
+  for (const BeamScore& beam : f.beams)
+    if (beam.path == path && !beam.odometry) return beam.reappeared;
+  return {};
 }
 
 Row aim_row(const std::string& what, Cell paper, Cell aim, Cell ours) {
   return {.cells = {text(what), std::move(paper), std::move(aim), std::move(ours)}};
 }
 
-Table summary(const Figures& f) {
+Table summary(const SkylightFigures& f) {
   Table table{.id = "aims",
               .title = "What was aimed at, and what came out",
               .columns = {{"figure"}, {"paper"}, {"aim"}, {"ours"}},
@@ -166,8 +61,10 @@ Table summary(const Figures& f) {
       f.smoothing.smoothed_m > 0 ? f.smoothing.filtered_m / f.smoothing.smoothed_m : 0.0, 2, true);
   add("predicted 0.5 s ahead, chaotic routes, calibrated: mean (m)", none, 0.015,
       f.chaotic.kinds.predicted.score().position_error_m.mean, 5);
-  add("after a beam on a line, calibrated: mean at reappearance (m)", none, 0.03, f.line.mean_m, 5);
-  add("after a beam on an arc, calibrated: mean at reappearance (m)", none, 0.03, f.arc.mean_m, 5);
+  add("after a beam on a line, calibrated: mean at reappearance (m)", none, 0.03, beam_of(f, "line").mean_m,
+      5);
+  add("after a beam on an arc, calibrated: mean at reappearance (m)", none, 0.03, beam_of(f, "arc").mean_m,
+      5);
   return table;
 }
 
@@ -199,7 +96,7 @@ std::vector<report::Column> score_columns() {
           {"in the 95 % ellipse", "%"}};
 }
 
-Table kinds_table(const Figures& f) {
+Table kinds_table(const SkylightFigures& f) {
   Table table{.id = "kinds",
               .title = "By camera, routes and kind of pose",
               .columns = score_columns(),
@@ -223,18 +120,14 @@ Table kinds_table(const Figures& f) {
   return table;
 }
 
-Table each_route(const Gathered& gathered) {
+Table each_route(const SkylightFigures& f) {
   Table table{.id = "skylight-routes",
               .title = "Route by route, filtered",
               .columns = score_columns(),
               .rows = {},
               .caption = {}};
-  ScoreOptions options = calibrated(gathered.plan.routes);
-  options.smoothed = false;
-  for (const std::string& route : routes_of(gathered.routes)) {
-    const auto runs = chosen(gathered.routes, [&](const ObservedRun& run) { return run.route == route; });
-    add_score(table, "calibrated", route, "filtered", pooled(runs, options).kinds.filtered);
-  }
+  for (const RouteScore& one : f.by_route)
+    add_score(table, "calibrated", one.route, "filtered", one.filtered);
   return table;
 }
 
@@ -266,7 +159,7 @@ Plot distribution(const Gathered& gathered) {
   return plot;
 }
 
-Table occlusion_table(const Gathered& gathered, const Figures& f) {
+Table occlusion_table(const SkylightFigures& f) {
   Table table{.id = "occlusion",
               .title = "Under a beam: where the robot is taken to be when it is seen again",
               .columns = {{"path"},
@@ -282,22 +175,17 @@ Table occlusion_table(const Gathered& gathered, const Figures& f) {
                   "Stated: what the covariance says of the error, one sigma over both axes. It is wide "
                   "because a robot that is not seen may have turned or stopped: the chaotic routes do so "
                   "some 25 times a minute, and one filter serves them all."};
-  const auto add = [&](const std::string& path, const std::string& odometry, const Reappeared& r) {
+  for (const BeamScore& beam : f.beams) {
+    const Reappeared& r = beam.reappeared;
     table.rows.push_back(
-        {{text(path), text(odometry), number(static_cast<double>(r.count), 0),
+        {{text(beam.path), text(beam.odometry ? "yes" : "no"), number(static_cast<double>(r.count), 0),
           number(static_cast<double>(r.lost), 0), number(r.hidden_s, 2), number(kMm * r.mean_m, 1),
           number(kMm * r.largest_m, 1), number(kMm * r.stated_m, 0)}});
-  };
-  add("line", "no", f.line);
-  add("arc", "no", f.arc);
-  ScoreOptions heard = calibrated(gathered.plan.occlusion);
-  heard.odometry = true;
-  add("line", "yes", reappeared(gathered.occlusion, "line", heard));
-  add("arc", "yes", reappeared(gathered.occlusion, "arc", heard));
+  }
   return table;
 }
 
-Table prediction_table(const Gathered& gathered) {
+Table prediction_table(const SkylightFigures& f) {
   Table table{.id = "prediction",
               .title = "How far ahead",
               .columns = {{"ahead", "s"},
@@ -308,31 +196,17 @@ Table prediction_table(const Gathered& gathered) {
                           {"NEES, chaotic"},
                           {"in the 95 % ellipse, chaotic", "%"}},
               .caption = "True camera: what the motion adds, without the calibration."};
-  const auto of = [&](const std::string& prefix) {
-    return chosen(gathered.routes,
-                  [&](const ObservedRun& run) { return run.route.rfind(prefix, 0) == 0 && run.seed <= 2; });
-  };
-  for (const double ahead : {0.1, 0.3, 0.5, 1.0, 2.0}) {
-    for (const bool odometry : {false, true}) {
-      ScoreOptions options = motion("true");
-      options.ahead_s = ahead;
-      options.smoothed = false;
-      options.odometry = odometry;
-      const auto score_of = [&](const std::string& prefix) {
-        return pooled(of(prefix), options).kinds.predicted.score();
-      };
-      const RobotScore chaotic = score_of("chaotic");
-      table.rows.push_back({{text(number_text(ahead)), text(odometry ? "yes" : "no"),
-                             number(kMm * score_of("line").position_error_m.mean, 2),
-                             number(kMm * score_of("circle").position_error_m.mean, 2),
-                             number(kMm * chaotic.position_error_m.mean, 2), number(chaotic.nees_mean, 2),
-                             number(100.0 * chaotic.ellipse_95, 1)}});
-    }
+  for (const AheadScore& a : f.ahead) {
+    table.rows.push_back(
+        {{text(number_text(a.ahead_s)), text(a.odometry ? "yes" : "no"),
+          number(kMm * a.line.position_error_m.mean, 2), number(kMm * a.circle.position_error_m.mean, 2),
+          number(kMm * a.chaotic.position_error_m.mean, 2), number(a.chaotic.nees_mean, 2),
+          number(100.0 * a.chaotic.ellipse_95, 1)}});
   }
   return table;
 }
 
-Table parts_table(const Gathered& gathered) {
+Table parts_table(const SkylightFigures& f) {
   Table table{.id = "ablation",
               .title = "Where the error comes from",
               .columns = {{"room"},
@@ -346,24 +220,12 @@ Table parts_table(const Gathered& gathered) {
                   "Calibration is the difference of the first two rows. The others: a line, a circle "
                   "and a chaotic route, true camera, one thing changed at a time. Scatter: RMS about each "
                   "run's mean. A filter that lags would be off backwards: negative."};
-  const auto add = [&](const std::string& name, const std::vector<const ObservedRun*>& runs,
-                       const ScoreOptions& options) {
-    ScoreOptions plain = options;
-    plain.smoothed = false;
-    const ErrorParts p = error_parts(runs, plain);
+  for (const auto& [name, p] : f.parts) {
     table.rows.push_back(
         {{text(name), number(kMm * p.measured_mean_m, 4), number(kMm * p.measured_scatter_m, 4),
           number(kMm * p.measured_bias_m.x(), 4), number(kMm * p.measured_bias_m.y(), 4),
           number(kMm * p.filtered_mean_m, 4), number(kMm * p.filtered_bias_m.x(), 4)}});
-  };
-  const auto all = [](const Runs& runs) { return chosen(runs, [](const ObservedRun&) { return true; }); };
-  add("all routes, calibrated camera", all(gathered.routes), motion("calibrated"));
-  add("all routes, true camera", all(gathered.routes), motion("true"));
-  ScoreOptions window = motion("true");
-  window.filter = [] { return std::make_unique<WindowFilter>(WindowFilterConfig{}); };
-  add("all routes, true camera, the paper's window filter", all(gathered.routes), window);
-  for (std::size_t i = 0; i < gathered.ablations.size(); ++i)
-    add(gathered.plan.ablations[i].name, all(gathered.ablations[i]), motion("true"));
+  }
   return table;
 }
 
@@ -392,16 +254,16 @@ Plot error_over_time(const Gathered& gathered) {
 }  // namespace
 
 std::vector<Section> skylight_sections(const Gathered& gathered) {
-  const Figures figures = figures_of_all(gathered);
+  const SkylightFigures figures = skylight_figures(gathered);
   Section first{.id = "summary", .title = "In short", .level = 1};
   first.blocks = {summary(figures)};
   Section accuracy{.id = "accuracy", .title = "Skylight along the paper's routes", .level = 1};
   accuracy.blocks = {kinds_table(figures), distribution(gathered), error_over_time(gathered),
-                     each_route(gathered)};
+                     each_route(figures)};
   Section parts{.id = "parts", .title = "Where the error comes from", .level = 1};
-  parts.blocks = {parts_table(gathered)};
+  parts.blocks = {parts_table(figures)};
   Section ahead{.id = "ahead", .title = "Ahead, and out of sight", .level = 1};
-  ahead.blocks = {prediction_table(gathered), occlusion_table(gathered, figures)};
+  ahead.blocks = {prediction_table(figures), occlusion_table(figures)};
   return {std::move(first), std::move(accuracy), std::move(parts), std::move(ahead)};
 }
 

@@ -19,6 +19,7 @@ Observation observation(double x) {
   seen.pose = {x, 1.0 / 3.0, -3.1};
   // Values that no short decimal tells: each must come back to the bit.
   seen.covariance << 1e-300, 0.1, std::nextafter(1.0, 2.0), -0.0, 2.0 / 3.0, 5e-324, 7.0, 1e300, 0.3;
+  seen.correlated << 1e-6, 1.0 / 7.0, 1e-9, 1.0 / 7.0, 2e-6, 0.0, 1e-9, 0.0, 1e-7;
   seen.source = PoseSource::homography;
   seen.camera = 2;
   seen.score = std::sqrt(0.5);
@@ -49,6 +50,7 @@ void expect_same(const Observation& a, const Observation& b) {
   EXPECT_EQ(a.captured, b.captured);
   EXPECT_EQ(a.pose, b.pose);
   EXPECT_EQ(a.covariance, b.covariance);
+  EXPECT_EQ(a.correlated, b.correlated);
   EXPECT_EQ(a.source, b.source);
   EXPECT_EQ(a.camera, b.camera);
   EXPECT_EQ(a.score, b.score);
