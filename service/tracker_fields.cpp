@@ -163,6 +163,13 @@ void describe(Fields& fields, HomographyConfig& homography) {
        .help =
            "Place on base_link that the detected point stands for; [0, 0] is base_link, else base_scan's."});
   homography.reference_m = {reference[0], reference[1]};
+  fields.field("depth_noise_floor_m", homography.depth_noise_floor_m,
+               {.min = 0,
+                .max = 1,
+                .unit = "m",
+                .help = "Standard deviation of a depth z: this + depth_noise_growth (z - 0.4 m)^2."});
+  fields.field("depth_noise_growth", homography.depth_noise_growth,
+               {.min = 0, .max = 1, .unit = "1/m", .help = "See depth_noise_floor_m; both are a Kinect's."});
 }
 
 void describe(Fields& fields, SearchConfig& search) {

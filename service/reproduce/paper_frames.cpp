@@ -15,7 +15,7 @@ namespace skylight::service::reproduce {
 namespace {
 
 /// Counts up whenever the pipeline below gives other observations for the same frames.
-constexpr int kPipelineVersion = 1;
+constexpr int kPipelineVersion = 2;
 constexpr double kFloorWidth = 6.0;     // m
 constexpr double kPlateLength = 0.266;  // m, and its height: sim/scenario/robot_model.cpp
 constexpr double kPlateHeight = 0.104;  // m
@@ -50,7 +50,9 @@ std::string key_of(const ScenarioRun& run) {
     key << variant.name << ' ' << static_cast<int>(c.drop) << ' ' << settings::number_text(c.reference_m.x())
         << ' ' << c.features << ' ' << settings::number_text(c.ratio) << ' '
         << settings::number_text(c.ransac_px) << ' ' << c.min_inliers << ' ' << c.picture_px << ' '
-        << c.margin_px << ' ' << c.match_object_to_scene << '\n';
+        << c.margin_px << ' ' << c.match_object_to_scene << ' '
+        << settings::number_text(c.depth_noise_floor_m) << ' ' << settings::number_text(c.depth_noise_growth)
+        << '\n';
   }
   key << run.text();
   return key.str();

@@ -159,6 +159,32 @@ TEST(HomographyDetector, CarriesTheCentreToTheFloorAsThePaperDoes) {
   EXPECT_NEAR(seen->pose.x, 0.8, 0.01);
 }
 
+TEST(HomographyDetector, StatesWhatTheNoiseOfTheDepthLeavesUnknown) {
+  const test::FlatScene scene = baseline_scene();
+  Frame frame = scene.render();
+  const auto features = extract_homography_features(frame.image, 500);
+  const auto seen_at = [&](int depth_mm, const HomographyConfig& config) {
+    frame.depth = cv::Mat(frame.image.size(), CV_16UC1, cv::Scalar(depth_mm));
+    return *HomographyDetector(test::appearance_of(scene.pictures[0]), config)
+                .detect(frame, features, scene.camera(), 0.2);
+  };
+  const HomographyConfig kinect;
+  HomographyConfig exact;
+  exact.depth_noise_floor_m = exact.depth_noise_growth = 0.0;
+  // A reading that is off by one sigma, 12.144 mm at 2.8 m, moves the place so far.
+  const double sigma_m = 0.0012 + 0.0019 * 2.4 * 2.4;
+  const Eigen::Vector2d moved =
+      (seen_at(2900, exact).pose.position() - seen_at(2800, exact).pose.position()) * sigma_m / 0.1;
+  EXPECT_GT(moved.norm(), 0.003);
+  const Covariance3 by_depth = seen_at(2800, kinect).covariance - seen_at(2800, exact).covariance;
+  EXPECT_NEAR((by_depth.topLeftCorner<2, 2>() - moved * moved.transpose()).norm(), 0.0,
+              1e-6 * moved.squaredNorm());
+
+  HomographyConfig ray = kinect;
+  ray.drop = FloorDrop::ray;
+  EXPECT_EQ(seen_at(2800, ray).covariance, seen_at(2900, ray).covariance) << "does not use the depth";
+}
+
 TEST(HomographyDetector, TakesTheDetectedPointForBaseLinkOrBaseScanAsTold) {
   const test::FlatScene scene = baseline_scene();
   const Frame frame = scene.render();

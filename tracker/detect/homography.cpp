@@ -52,14 +52,32 @@ std::optional<double> depth_at(const cv::Mat& depth, const Pixel& pixel) {
   return millimetres / 1000.0;
 }
 
-std::optional<Eigen::Vector2d> to_floor(const Pixel& pixel, const Frame& frame, const CameraModel& camera,
-                                        double height_m, FloorDrop drop) {
-  if (drop == FloorDrop::ray) return camera.plane_from_pixel(pixel, 0.0);
+/// Where the detected point is carried to, and what the noise of the depth leaves unknown of it.
+struct FloorPoint {
+  Eigen::Vector2d at;
+  Eigen::Matrix2d by_depth = Eigen::Matrix2d::Zero();  ///< covariance, m^2
+};
+
+/// Nguyen, Izadi and Lovell 2012, eq. 2.
+double depth_sigma(double z, const HomographyConfig& config) {
+  return config.depth_noise_floor_m + config.depth_noise_growth * (z - 0.4) * (z - 0.4);
+}
+
+std::optional<FloorPoint> on_plane(const CameraModel& camera, const Pixel& pixel, double height_m) {
+  const auto at = camera.plane_from_pixel(pixel, height_m);
+  return at ? std::optional(FloorPoint{*at}) : std::nullopt;
+}
+
+std::optional<FloorPoint> to_floor(const Pixel& pixel, const Frame& frame, const CameraModel& camera,
+                                   double height_m, const HomographyConfig& config) {
+  if (config.drop == FloorDrop::ray) return on_plane(camera, pixel, 0.0);
   const auto z = depth_at(frame.depth, pixel);
   const auto ray = camera.ray_from_pixel(pixel);
-  if (!z || !ray || ray->z() <= 0.0) return camera.plane_from_pixel(pixel, height_m);
-  const Eigen::Vector3d point = camera.map_from_camera() * (*ray * (*z / ray->z()));
-  return Eigen::Vector2d(point.head<2>());
+  if (!z || !ray || ray->z() <= 0.0) return on_plane(camera, pixel, height_m);
+  const Eigen::Vector3d per_metre = camera.map_from_camera().linear() * (*ray / ray->z());
+  const Eigen::Vector3d point = camera.map_from_camera().translation() + *z * per_metre;
+  const Eigen::Vector2d by_depth = depth_sigma(*z, config) * per_metre.head<2>();
+  return FloorPoint{.at = point.head<2>(), .by_depth = by_depth * by_depth.transpose()};
 }
 
 Pixel mapped(const cv::Mat& homography, const cv::Point2d& point) {
@@ -85,6 +103,8 @@ std::string check(const HomographyConfig& config) {
   range("margin_px", config.margin_px, 0, 200);
   range("reference_m.x", config.reference_m.x(), -10.0, 10.0);
   range("reference_m.y", config.reference_m.y(), -10.0, 10.0);
+  range("depth_noise_floor_m", config.depth_noise_floor_m, 0.0, 1.0);
+  range("depth_noise_growth", config.depth_noise_growth, 0.0, 1.0);
   return text.str();
 }
 
@@ -130,7 +150,7 @@ std::optional<Observation> HomographyDetector::observe(const HomographyMatch& ma
                                                        double surface_height_m) const {
   const Pixel& at = match.centre;
   if (!at.allFinite() || !match.ahead.allFinite() || !camera.sees(at)) return std::nullopt;
-  const auto floor = to_floor(at, frame, camera, surface_height_m, config_.drop);
+  const auto floor = to_floor(at, frame, camera, surface_height_m, config_);
   Eigen::Matrix2d metres_by_px;
   const auto from = camera.plane_from_pixel(at, surface_height_m, &metres_by_px);
   const auto to = camera.plane_from_pixel(match.ahead, surface_height_m);
@@ -139,7 +159,7 @@ std::optional<Observation> HomographyDetector::observe(const HomographyMatch& ma
   Observation observation{
       .captured = frame.captured, .source = PoseSource::homography, .camera = frame.camera};
   const double yaw = std::atan2(to->y() - from->y(), to->x() - from->x());
-  const Eigen::Vector2d base = *floor - Eigen::Rotation2Dd(yaw) * config_.reference_m;
+  const Eigen::Vector2d base = floor->at - Eigen::Rotation2Dd(yaw) * config_.reference_m;
   observation.pose = {base.x(), base.y(), wrap_angle(yaw)};
   observation.score = static_cast<double>(match.inliers) / match.matches;
   // Eight parameters from 2 n coordinates, each within the RANSAC threshold: sigma^2 * 8 / (2 n) at the
@@ -148,7 +168,7 @@ std::optional<Observation> HomographyDetector::observe(const HomographyMatch& ma
   const double position_px = sigma_px * std::sqrt(4.0 / match.inliers);
   observation.covariance.setZero();
   observation.covariance.topLeftCorner<2, 2>() =
-      position_px * position_px * metres_by_px * metres_by_px.transpose();
+      position_px * position_px * metres_by_px * metres_by_px.transpose() + floor->by_depth;
   observation.covariance(2, 2) = std::pow(position_px / (config_.picture_px / 4.0), 2);
   return observation;
 }

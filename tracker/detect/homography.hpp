@@ -31,6 +31,11 @@ struct HomographyConfig {
   /// What the detected point stands for, in base_link: (0, 0) is base_link itself (the paper: before),
   /// base_scan's place is the paper's second improvement. Metres.
   Eigen::Vector2d reference_m = Eigen::Vector2d::Zero();
+  /// Standard deviation of a depth of z along the axis: floor + growth (z - 0.4 m)^2; the paper's camera is a
+  /// Kinect: Nguyen, Izadi and Lovell, 3DIMPVT 2012, eq. 2. It goes into the covariance where the depth goes
+  /// into the place (`vertical`). m, 0 to 1, and per m, 0 to 1.
+  double depth_noise_floor_m = 0.0012;
+  double depth_noise_growth = 0.0019;
 };
 
 /// Empty, or what is wrong, naming field, value and range.
