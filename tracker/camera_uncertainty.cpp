@@ -12,7 +12,6 @@
 namespace skylight {
 namespace {
 
-using PixelByIntrinsics = Eigen::Matrix<double, 2, kCameraPosition>;
 using TwoByThree = Eigen::Matrix<double, 2, 3>;
 
 /// Between the places over which the motion of points is differentiated, m: small against any robot, large
@@ -42,17 +41,6 @@ Eigen::Matrix<double, 2, 5> pixel_by_distortion(const Intrinsics& in, const Eige
   return Eigen::Vector2d(in.fx_px, in.fy_px).asDiagonal() * out;
 }
 
-PixelByIntrinsics pixel_by_intrinsics(const Intrinsics& in, const Pixel& pixel,
-                                      const Eigen::Vector3d& point) {
-  PixelByIntrinsics out = PixelByIntrinsics::Zero();
-  out(0, kFocalX) = (pixel.x() - in.cx_px) / in.fx_px;
-  out(1, kFocalY) = (pixel.y() - in.cy_px) / in.fy_px;
-  out(0, kCentreX) = 1.0;
-  out(1, kCentreY) = 1.0;
-  out.middleCols<5>(kDistortion) = pixel_by_distortion(in, point);
-  return out;
-}
-
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d out;
   out << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
@@ -65,6 +53,17 @@ void append_range(std::ostringstream& out, const std::string& field, double valu
 }
 
 }  // namespace
+
+PixelByIntrinsics pixel_by_intrinsics(const Intrinsics& in, const Pixel& pixel,
+                                      const Eigen::Vector3d& point) {
+  PixelByIntrinsics out = PixelByIntrinsics::Zero();
+  out(0, kFocalX) = (pixel.x() - in.cx_px) / in.fx_px;
+  out(1, kFocalY) = (pixel.y() - in.cy_px) / in.fy_px;
+  out(0, kCentreX) = 1.0;
+  out(1, kCentreY) = 1.0;
+  out.middleCols<5>(kDistortion) = pixel_by_distortion(in, point);
+  return out;
+}
 
 std::string check(const CalibrationSigmas& sigmas) {
   std::ostringstream out;

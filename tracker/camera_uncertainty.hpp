@@ -32,6 +32,8 @@ inline constexpr int kCameraRotation = 12;
 inline constexpr int kCameraParameters = 15;
 
 using CameraParameters = Eigen::Matrix<double, kCameraParameters, 1>;
+/// d(pixel of a fixed point of the optical frame) / d(intrinsics): the first nine parameters.
+using PixelByIntrinsics = Eigen::Matrix<double, 2, kCameraPosition>;
 /// d(x, y of the point on a plane behind a fixed pixel) / d(parameters).
 using PointByCamera = Eigen::Matrix<double, 2, kCameraParameters>;
 /// d(x, y, yaw of a small picture on a plane behind fixed pixels) / d(parameters).
@@ -63,6 +65,10 @@ CameraUncertainty camera_uncertainty(const CalibrationSigmas& sigmas);
 
 /// The camera with its parameters moved by `by`. Throws std::invalid_argument where that is no camera.
 CameraModel moved(const CameraModel& camera, const CameraParameters& by);
+
+/// `pixel` is where the camera sees `point` (optical frame, m).
+PixelByIntrinsics pixel_by_intrinsics(const Intrinsics& intrinsics, const Pixel& pixel,
+                                      const Eigen::Vector3d& point);
 
 /// At the point (at, height_m) of `map`. None where the camera's model does not hold there, or where it looks
 /// along the plane.
