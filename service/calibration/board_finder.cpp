@@ -152,9 +152,8 @@ cv::Ptr<cv::aruco::CharucoBoard> charuco_board(const Board& board) {
                                          static_cast<float>(board.marker_m), dictionary(board.dictionary));
 }
 
-/// Half the side of a window around any corner that leaves the markers out: they lie an eighth of a square
-/// away.
-int charuco_window(const Corners& corners) {
+/// Half the side of a window around any corner that leaves the markers in the white squares out.
+int charuco_window(const Board& board, const Corners& corners) {
   double nearest = std::numeric_limits<double>::max();
   for (std::size_t i = 0; i < corners.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) nearest = std::min(nearest, cv::norm(corners[i] - corners[j]));
