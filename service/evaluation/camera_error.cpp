@@ -1,11 +1,12 @@
 #include "service/evaluation/camera_error.hpp"
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
 #include <Eigen/Cholesky>
+
+#include "service/evaluation/random.hpp"
 
 namespace skylight::service {
 namespace {
@@ -26,27 +27,6 @@ constexpr double kTangential = 3e-4;
 // Of the pose, before the floor is looked at: next to nothing.
 constexpr double kPosition = 0.1;  // m
 constexpr double kRotation = 0.1;  // rad
-
-/// Normal numbers that are the same with every compiler and library: Steele, Lea and Flood, "Fast splittable
-/// pseudorandom number generators" (2014); Box and Muller (1958).
-class Normal {
- public:
-  explicit Normal(std::uint64_t seed) : state_(seed) {}
-  double next() {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
-    const double angle = 2.0 * std::numbers::pi * uniform();
-    return radius * std::cos(angle);
-  }
-
- private:
-  double uniform() {
-    std::uint64_t x = state_ += 0x9E3779B97F4A7C15U;
-    x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9U;
-    x = (x ^ (x >> 27U)) * 0x94D049BB133111EBU;
-    return static_cast<double>((x ^ (x >> 31U)) >> 11U) * 0x1.0p-53;
-  }
-  std::uint64_t state_;
-};
 
 struct SeenPoint {
   Eigen::Vector2d at;
@@ -131,9 +111,9 @@ WrongCamera wrong_camera(const CameraModel& truth, const CalibrationError& error
   out.told.covariance = 0.5 * share * (covariance + covariance.transpose());
   if (error.rms_m == 0.0) return out;
 
-  Normal normal(error.seed);
+  Random random(error.seed);
   CameraParameters white;
-  for (double& each : white) each = normal.next();
+  for (double& each : white) each = random.normal();
   const CameraParameters by = root * llt.matrixU().solve(white);
   double scale = error.rms_m / std::sqrt(by.dot(moment * by));
   for (int i = 0; i < 50; ++i) {  // next to linear: the first few rounds do

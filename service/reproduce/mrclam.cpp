@@ -6,11 +6,11 @@
 #include <exception>
 #include <functional>
 #include <memory>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <thread>
 
+#include "service/evaluation/random.hpp"
 #include "tracker/filter/motion.hpp"
 #include "tracker/filter/window.hpp"
 
@@ -24,32 +24,6 @@ constexpr Duration kHalf = std::chrono::milliseconds(500);
 constexpr Duration kOne = std::chrono::seconds(1);
 constexpr double kLeastBetween = 3.0;  // s from one gap's end to the next gap: the filter has settled
 constexpr double kMoves = 0.02;        // m/s
-
-/// Numbers that are the same with every compiler and library: Steele, Lea and Flood, "Fast splittable
-/// pseudorandom number generators" (2014); Box and Muller (1958).
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double uniform() {  // in [0, 1)
-    std::uint64_t x = state_ += 0x9E3779B97F4A7C15U;
-    x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9U;
-    x = (x ^ (x >> 27U)) * 0x94D049BB133111EBU;
-    return static_cast<double>((x ^ (x >> 31U)) >> 11U) * 0x1.0p-53;
-  }
-  double exponential(double mean) { return -mean * std::log(1.0 - uniform()); }
-  double normal() {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
-    const double angle = 2.0 * std::numbers::pi * uniform();
-    return radius * std::cos(angle);
-  }
-  Eigen::Vector2d normal2() {
-    const double x = normal();
-    return {x, normal()};
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 void require(double value, double low, double high, const char* name) {
   if (value >= low && value <= high) return;

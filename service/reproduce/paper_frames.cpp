@@ -17,8 +17,7 @@ namespace {
 /// Counts up whenever the pipeline below gives other observations for the same frames.
 constexpr int kPipelineVersion = 2;
 constexpr double kFloorWidth = 6.0;     // m
-constexpr double kPlateLength = 0.266;  // m, and its height: sim/scenario/robot_model.cpp
-constexpr double kPlateHeight = 0.104;  // m
+constexpr double kPlateLength = 0.266;  // m: sim/scenario/robot_model.cpp
 
 /// What is changed in a route's scenario.
 std::vector<std::string> changes_of(const PaperSetup& setup) {
@@ -92,6 +91,12 @@ const std::vector<PaperVariant>& paper_variants() {
   return variants;
 }
 
+double reference_of(std::string_view variant) {
+  for (const PaperVariant& one : paper_variants())
+    if (one.name == variant) return one.reference_x_m;
+  return 0.0;
+}
+
 Eigen::Vector2d point_of(const Pose2& pose, double reference_x_m) {
   return pose.position() + Eigen::Rotation2Dd(pose.yaw) * Eigen::Vector2d(reference_x_m, 0.0);
 }
@@ -108,7 +113,7 @@ bool is_linear(const std::string& route) {
 }
 
 double robot_length_px(double px_per_metre) {
-  return kPlateLength * px_per_metre * kCameraHeight / (kCameraHeight - kPlateHeight);
+  return kPlateLength * px_per_metre * kCameraHeight / kPictureDepth;
 }
 
 PaperPlan::PaperPlan() = default;

@@ -43,6 +43,8 @@ namespace skylight::service::reproduce {
 inline constexpr double kBaseScanX = -0.064;
 
 inline constexpr double kCameraHeight = 6.93;  ///< m above the floor
+/// Between camera and the robot's picture, m: the plate's height is that of sim/scenario/robot_model.cpp.
+inline constexpr double kPictureDepth = kCameraHeight - 0.104;
 
 struct PaperSetup {
   double px_per_metre = 280.0;  ///< on the floor below the camera, 20 to 600
@@ -58,6 +60,9 @@ struct PaperVariant {
 
 /// As listed above: what ObservedRun::variants of a paper_run() names.
 const std::vector<PaperVariant>& paper_variants();
+
+/// PaperVariant::reference_x_m of that name; 0 of a variant that is not the paper's.
+double reference_of(std::string_view variant);
 
 /// The detected point of an observation, where `reference_x_m` is the variant's: with a true pose where that
 /// point truly is.

@@ -11,12 +11,6 @@ namespace {
 
 constexpr double kUsableError = RobotMetrics::kUsableError;
 
-double reference_of(std::string_view variant) {
-  for (const PaperVariant& one : paper_variants())
-    if (one.name == variant) return one.reference_x_m;
-  return 0.0;
-}
-
 Errors from_first(Errors errors) {
   const auto first = std::find_if(errors.begin(), errors.end(), [](const auto& e) { return e.has_value(); });
   if (first != errors.end()) errors.erase(errors.begin(), first);

@@ -1,7 +1,10 @@
 #include "service/reproduce/skylight_figures.hpp"
 
 #include <algorithm>
+#include <cmath>
 
+#include "service/reproduce/noisy.hpp"
+#include "settings/text.hpp"
 #include "tracker/filter/motion.hpp"
 
 namespace skylight::service::reproduce {
@@ -68,6 +71,20 @@ Reappeared reappeared(const Runs& runs, const std::string& route, const ScoreOpt
   return out;
 }
 
+SmoothingScore smoothing_of(const std::string& detector, const Runs& runs, const std::string& variant) {
+  return {detector, smoothing(all_of(runs), motion(variant))};
+}
+
+std::vector<SmoothingScore> other_smoothing(const Gathered& gathered) {
+  const double error = depth_error(gathered.paper, "vertical_scan");
+  const std::string millimetres = settings::number_text(std::round(1e3 * error));
+  return {smoothing_of("white noise of the paper's size, 10 frames/s", noisy(gathered.routes, 10.0), "noisy"),
+          smoothing_of("the paper's detections, straight down, the depth's mean error of " + millimetres +
+                           " mm taken off",
+                       without_depth_error(gathered.paper, "vertical_scan", error), "vertical_scan"),
+          smoothing_of("the paper's detections, along the ray (without depth)", gathered.paper, "ray")};
+}
+
 std::vector<BeamScore> beams(const Runs& runs) {
   std::vector<BeamScore> out;
   ScoreOptions options = without_smoothing(motion("calibrated"));
@@ -119,7 +136,10 @@ SkylightFigures skylight_figures(const Gathered& gathered) {
           .with_calibration = route_scores(gathered.routes, motion("calibrated")),
           .by_route = by_route(gathered.routes),
           .chaotic = pooled(beginning_with(gathered.routes, "chaotic"), motion("calibrated")),
-          .smoothing = smoothing(all_of(gathered.paper), motion("vertical_scan")),
+          .white = smoothing_of("white noise of the paper's size, 30 frames/s", noisy(gathered.routes, 30.0),
+                                "noisy"),
+          .paper = smoothing_of("the paper's detections, straight down", gathered.paper, "vertical_scan"),
+          .other_smoothing = other_smoothing(gathered),
           .beams = beams(gathered.occlusion),
           .ahead = ahead(gathered.routes),
           .parts = parts(gathered)};

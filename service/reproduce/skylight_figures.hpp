@@ -42,6 +42,14 @@ struct PartsScore {
   ErrorParts parts;
 };
 
+/// What smoothing is worth to one detector.
+struct SmoothingScore {
+  std::string detector;
+  Smoothing mean;
+
+  double ratio() const { return mean.smoothed_m > 0.0 ? mean.filtered_m / mean.smoothed_m : 0.0; }
+};
+
 struct RouteScore {
   std::string route;
   RobotMetrics filtered;
@@ -51,8 +59,10 @@ struct SkylightFigures {
   RouteScores with_truth, with_calibration;
   std::vector<RouteScore> by_route;  ///< calibrated camera
   PooledScore chaotic;               ///< the chaotic routes, calibrated camera
-  Smoothing smoothing;               ///< of the paper's detections, straight down
-  std::vector<BeamScore> beams;      ///< calibrated camera
+  SmoothingScore white;              ///< white noise of the paper's size, at the full frame rate
+  SmoothingScore paper;              ///< the paper's detections, straight down
+  std::vector<SmoothingScore> other_smoothing;
+  std::vector<BeamScore> beams;  ///< calibrated camera
   std::vector<AheadScore> ahead;
   std::vector<PartsScore> parts;
 };
