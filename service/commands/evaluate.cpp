@@ -104,7 +104,9 @@ std::vector<RunScore> score(const EvaluateFlags& flags, const ScenarioRun& run) 
     Assembly assembly = assemble(config_for(flags, detector), simulator);
     tell_copies_apart(*simulator, assembly.robots);
     if (flags.calibration_error_mm > 0.0)
-      use_wrong_cameras(assembly, {.rms_m = flags.calibration_error_mm / 1000.0, .seed = run.seed()});
+      use_wrong_cameras(
+          assembly,
+          {.room_m = simulator->room_m(), .rms_m = flags.calibration_error_mm / 1000.0, .seed = run.seed()});
     contestants.emplace_back(*simulator, make_tracker(assembly), detector, kinds,
                              from_seconds(flags.horizon_s));
     source = std::move(assembly.source);
@@ -115,7 +117,7 @@ std::vector<RunScore> score(const EvaluateFlags& flags, const ScenarioRun& run) 
   while (const auto frame = source->next()) {
     const std::vector<Odometry> odometry = simulator->take_odometry();
     for (Contestant& contestant : contestants) {
-      if (flags.odometry) contestant.hear(odometry);
+      if (flags.odometry) contestant.hear(odometry, simulator->now());
       contestant.process(*frame, simulator->truth());
     }
     progress.step();
@@ -217,10 +219,10 @@ void add_evaluate(CLI::App& app, Run& run) {
   command->add_option("--horizon", flags->horizon_s, "With --kind predicted: how far ahead, seconds")
       ->check(CLI::Range(0.001, 60.0));
   command
-      ->add_option("--calibration-error", flags->calibration_error_mm,
-                   "Cameras as a calibration leaves them: points of the floor of 6 x 6 m off by so many mm "
-                   "RMS; a draw "
-                   "for each seed (0: as they are)")
+      ->add_option(
+          "--calibration-error", flags->calibration_error_mm,
+          "Cameras as a calibration leaves them: points of the room's floor off by so many mm RMS; a draw "
+          "for each seed (0: as they are)")
       ->check(CLI::Range(0.0, 100.0));
   command->add_option("--duration", flags->duration_s, "End each run after so many seconds of the scenario")
       ->check(CLI::Range(0.001, 86400.0));

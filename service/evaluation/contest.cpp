@@ -87,6 +87,8 @@ Contestant::Contestant(const SimulatorFrames& simulator, Tracker tracker, std::s
 }
 
 void Contestant::process(const Frame& frame, const std::vector<Truth>& truth) {
+  for (const HeardOdometry& heard : inbox_->take(frame.captured))
+    tracker_.odometry(heard.robot, heard.velocity);
   const auto begin = std::chrono::steady_clock::now();
   const std::vector<RobotReport> reports = tracker_.process(frame);
   run_.milliseconds.push_back(
@@ -115,12 +117,14 @@ void Contestant::process(const Frame& frame, const std::vector<Truth>& truth) {
   while (past_.size() > 1 && past_[1].first <= frame.captured - horizon_) past_.pop_front();
 }
 
-void Contestant::hear(const std::vector<Odometry>& odometry) {
+void Contestant::hear(const std::vector<Odometry>& odometry, Time received) {
+  std::map<std::string, std::vector<OdometryReading>> by_robot;
   for (const Odometry& said : odometry) {
-    tracker_.odometry(
-        said.robot,
-        {.at = said.at, .forward = said.v_mps, .sideways = said.side_mps, .yaw_rate = said.w_radps});
+    by_robot[said.robot].push_back(
+        {.stamp = said.at,
+         .velocity = {.forward = said.v_mps, .sideways = said.side_mps, .yaw_rate = said.w_radps}});
   }
+  for (const auto& [robot, readings] : by_robot) inbox_->hear(robot, readings, received);
 }
 
 void Contestant::score_frame(KindScore& kind, const Waiting& frame) {

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <deque>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "service/evaluation/identity.hpp"
+#include "service/odometry_inbox.hpp"
 #include "tracker/metrics.hpp"
 #include "tracker/tracker.hpp"
 
@@ -52,8 +54,9 @@ class Contestant {
              const std::vector<PoseKind>& kinds, Duration horizon);
 
   void process(const Frame& frame, const std::vector<Truth>& truth);
-  /// Odometry that came before the next frame.
-  void hear(const std::vector<Odometry>& odometry);
+  /// What robots sent before the next frame, and when it came (true time, as the cameras' clocks should have
+  /// it). Their own clocks are estimated, as the service does.
+  void hear(const std::vector<Odometry>& odometry, Time received);
   /// Once the run is over.
   RunScore result();
 
@@ -75,6 +78,7 @@ class Contestant {
 
   Duration horizon_;
   Tracker tracker_;
+  std::unique_ptr<OdometryInbox> inbox_ = std::make_unique<OdometryInbox>();
   LabelBinding labels_;
   RunScore run_;
   std::deque<std::pair<Time, std::vector<RobotView>>> past_;  ///< from the horizon on, for `predicted`

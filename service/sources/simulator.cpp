@@ -288,6 +288,10 @@ std::uint64_t SimulatorFrames::seed() const {
 double SimulatorFrames::duration_s() const {
   return impl_->duration_s;
 }
+Eigen::Vector2d SimulatorFrames::room_m() const {
+  const auto& size = impl_->simulation.scenario().room.size_m;
+  return {size[0], size[1]};
+}
 const std::vector<SimulatedCamera>& SimulatorFrames::cameras() const {
   return impl_->cameras;
 }

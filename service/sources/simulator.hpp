@@ -142,7 +142,8 @@ class SimulatorFrames final : public FrameSource {
 
   const std::string& name() const;
   std::uint64_t seed() const;
-  double duration_s() const;  ///< 0: endless
+  double duration_s() const;       ///< 0: endless
+  Eigen::Vector2d room_m() const;  ///< of the floor, along x and y; the origin of `map` is its middle
   const std::vector<SimulatedCamera>& cameras() const;
   const std::vector<SimulatedRobot>& robots() const;
 

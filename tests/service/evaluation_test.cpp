@@ -228,9 +228,10 @@ TEST(Evaluation, EveryRobotHasItsRowAlsoTheOneThatNothingTellsApart) {
 
 // Contestants over the same frames of a room of 1.7 s, of which the first second is not scored.
 std::vector<RunScore> run_contest(const RoomFolder& folder, const std::vector<bool>& hears,
-                                  const std::vector<PoseKind>& kinds) {
+                                  const std::vector<PoseKind>& kinds,
+                                  const std::vector<std::string>& changes = {}) {
   const auto simulator = std::make_shared<SimulatorFrames>(
-      scenario_run(folder.write("room.json", small_scenario(R"("duration_s": 1.7)")), std::nullopt));
+      scenario_run(folder.write("room.json", small_scenario(R"("duration_s": 1.7)")), std::nullopt, changes));
   std::vector<Contestant> contestants;
   std::shared_ptr<FrameSource> source;
   for (std::size_t i = 0; i < hears.size(); ++i) {
@@ -243,7 +244,7 @@ std::vector<RunScore> run_contest(const RoomFolder& folder, const std::vector<bo
   while (const auto frame = source->next()) {
     const auto odometry = simulator->take_odometry();
     for (std::size_t i = 0; i < hears.size(); ++i) {
-      if (hears[i]) contestants[i].hear(odometry);
+      if (hears[i]) contestants[i].hear(odometry, simulator->now());
       contestants[i].process(*frame, simulator->truth());
     }
   }
@@ -274,6 +275,24 @@ TEST(Evaluation, OdometryReachesTheTrackerThatIsToHearIt) {
   EXPECT_NE(error(0, PoseKind::predicted), error(1, PoseKind::predicted));
   EXPECT_EQ(error(1, PoseKind::predicted), error(2, PoseKind::predicted)) << "and it can be repeated";
   EXPECT_LT(error(1, PoseKind::predicted), 0.02);
+}
+
+TEST(Evaluation, ARobotsOwnClockIsEstimated) {
+  const RoomFolder folder;
+  const auto error = [&](const std::string& offset) {
+    const auto runs =
+        run_contest(folder, {true}, {PoseKind::predicted}, {"robots[0].odometry.clock_offset_s=" + offset});
+    return runs.at(0).kind(PoseKind::predicted)->robots[0].score().position_error_m.mean;
+  };
+  EXPECT_NEAR(error("-1.5"), error("0"), 1e-6);
+  EXPECT_NEAR(error("7"), error("0"), 1e-6);
+}
+
+TEST(Evaluation, ARoomTellsTheSizeOfItsFloor) {
+  const RoomFolder folder;
+  const auto run =
+      scenario_run(folder.write("room.json", small_scenario("")), std::nullopt, {"room.size_m=[3, 2.5]"});
+  EXPECT_EQ(SimulatorFrames(run).room_m(), Eigen::Vector2d(3.0, 2.5));
 }
 
 }  // namespace
