@@ -22,6 +22,8 @@ class HeadingResolver {
   /// Turns the observation as settled, and sets its heading_turns. `expected` (if there is one) tells
   /// which of the turns carries on from before.
   void apply(Observation& observation, const std::optional<Pose2>& expected);
+  /// Something else told the heading (a tag): from here on the turn nearest to what is expected is right.
+  void settle() { settled_ = true; }
   /// The robot was lost: whatever was known of its turn is void.
   void forget();
 

@@ -1,12 +1,10 @@
 #include "tracker/tracker.hpp"
 
 #include <algorithm>
-#include <map>
 #include <stdexcept>
-#include <variant>
 
-#include "tracker/heading.hpp"
-#include "tracker/search.hpp"
+#include "tracker/tracker_checks.hpp"
+#include "tracker/tracker_impl.hpp"
 
 namespace skylight {
 namespace {
@@ -17,144 +15,27 @@ constexpr std::string_view kNotWhereExpected =
     "not found where it was expected: covered, or unlike its picture";
 constexpr std::string_view kSearching = "being searched for over the whole floor";
 constexpr std::string_view kTakenPlace = "what looked like it is another robot that stands there";
-constexpr std::string_view kOutOfView = "outside this camera's picture";
 constexpr std::string_view kNoHomography = "too few matched points agree on a homography";
-
-// One robot: its detector, what the detector needs from frame to frame, filter and history.
-struct Track {
-  Track(const RobotSpec& robot, const TrackerConfig& config)
-      : spec(robot),
-        prior(config.prior),
-        heading(robot.appearance->heading_turns(), robot.appearance->centre_m()),
-        filter(make_filter(robot.filter)),
-        history(config.history) {
-    make_detector(config);
-  }
-
-  void make_detector(const TrackerConfig& config) {
-    orb.reset();
-    homography.reset();
-    if (spec.detector == DetectorKind::orb) {
-      orb.emplace(spec.appearance, config.orb);
-    } else {
-      homography.emplace(spec.appearance, spec.homography);
-    }
-  }
-
-  double surface_height_m() const {
-    return spec.surface_height_m.value_or(spec.appearance->picture().surface_height_m);
-  }
-
-  RobotSpec spec;
-  std::optional<OrbDetector> orb;
-  std::optional<HomographyDetector> homography;
-  MotionPrior prior;
-  HeadingResolver heading;
-  Sweep sweep;
-  std::unique_ptr<Filter> filter;
-  PoseHistory history;
-  std::optional<Observation> last_measured;
-  int frames_since_audit = 0;
-
-  // Of the frame at hand.
-  std::optional<Prior> expected;
-  std::optional<Observation> observed;
-  bool searched = false;  ///< observed (or not) by the whole-floor search
-  std::string_view reason;
-  TrackState state = TrackState::searching;
-};
-
-void check_spec(const RobotSpec& spec) {
-  if (spec.id.empty()) throw std::invalid_argument("a robot needs an id");
-  const std::string name = "robot '" + spec.id + "': ";
-  if (!spec.appearance) throw std::invalid_argument(name + "it has no appearance");
-  if (const std::string wrong = check(spec.filter); !wrong.empty()) throw std::invalid_argument(name + wrong);
-  if (const std::string wrong = check(spec.homography); !wrong.empty())
-    throw std::invalid_argument(name + wrong);
-  if (spec.surface_height_m && !(*spec.surface_height_m >= -1.0 && *spec.surface_height_m <= 5.0)) {
-    throw std::invalid_argument(name + "surface_height_m is " + std::to_string(*spec.surface_height_m) +
-                                ", allowed -1 to 5");
-  }
-  if (spec.initial_pose && !(std::isfinite(spec.initial_pose->x) && std::isfinite(spec.initial_pose->y) &&
-                             std::isfinite(spec.initial_pose->yaw))) {
-    throw std::invalid_argument(name + "initial_pose is not finite");
-  }
-}
-
-void check_calibration(const std::vector<CameraUncertainty>& calibration, std::size_t cameras) {
-  if (!calibration.empty() && calibration.size() != cameras) {
-    throw std::invalid_argument("calibration has " + std::to_string(calibration.size()) +
-                                " entries, allowed none or one for each of the " + std::to_string(cameras) +
-                                " cameras");
-  }
-  for (std::size_t i = 0; i < calibration.size(); ++i) {
-    if (const std::string wrong = check(calibration[i]); !wrong.empty())
-      throw std::invalid_argument("calibration[" + std::to_string(i) + "]: " + wrong);
-  }
-}
-
-void check_config(const TrackerConfig& config) {
-  if (config.search.tile_px < 64 || config.search.tile_px > 4096) {
-    throw std::invalid_argument("search.tile_px is " + std::to_string(config.search.tile_px) +
-                                ", allowed 64 to 4096");
-  }
-  if (config.search.steps_per_frame < 1 || config.search.steps_per_frame > 100) {
-    throw std::invalid_argument("search.steps_per_frame is " + std::to_string(config.search.steps_per_frame) +
-                                ", allowed 1 to 100");
-  }
-  if (config.search.first_steps_per_frame < 1 || config.search.first_steps_per_frame > 100) {
-    throw std::invalid_argument("search.first_steps_per_frame is " +
-                                std::to_string(config.search.first_steps_per_frame) + ", allowed 1 to 100");
-  }
-  if (config.audit_interval < 0) {
-    throw std::invalid_argument("audit_interval is " + std::to_string(config.audit_interval) +
-                                ", allowed 0 and up");
-  }
-}
 
 }  // namespace
 
-void run_in_order(std::size_t count, const std::function<void(std::size_t)>& task) {
-  for (std::size_t i = 0; i < count; ++i) task(i);
+Eigen::Vector2d seen_size_m(const RobotSpec& spec) {
+  if (spec.appearance) return spec.appearance->size_m();
+  return Eigen::Vector2d::Constant(spec.tag ? spec.tag->size_m : 0.0);
 }
 
-struct Tracker::Impl {
-  std::vector<CameraModel> cameras;
-  TrackerConfig config;
-  Executor executor;
-  std::vector<std::unique_ptr<Track>> tracks;
-  std::size_t search_turn = 0;  ///< which of the searched robots goes first
+Eigen::Vector2d seen_centre_m(const RobotSpec& spec) {
+  if (spec.appearance) return spec.appearance->centre_m();
+  return spec.tag ? spec.tag->mounting.position() : Eigen::Vector2d(0.0, 0.0);
+}
 
-  void check_frame(const Frame& frame) const;
-  std::map<int, HomographyFeatures> shared_features(const Frame& frame) const;
-  void detect(Track& track, const Frame& frame, const std::map<int, HomographyFeatures>& features) const;
-  void detect_orb(Track& track, const Frame& frame) const;
-  void search(const Frame& frame);
-  void search_step(Track& track, const Frame& frame) const;
-  void refuse_taken_places();
-  Covariance3 correlated(const Track& track, const Frame& frame) const;
-  RobotReport update(Track& track, const Frame& frame) const;
-  static void settle(Track& track);
-  Track* find(std::string_view id) const;
-};
+double seen_height_m(const RobotSpec& spec) {
+  if (spec.appearance) return spec.surface_height_m.value_or(spec.appearance->picture().surface_height_m);
+  return spec.tag ? spec.tag->height_m : 0.0;
+}
 
-void Tracker::Impl::check_frame(const Frame& frame) const {
-  if (frame.camera >= cameras.size()) {
-    throw std::invalid_argument("frame of camera " + std::to_string(frame.camera) + ", there are " +
-                                std::to_string(cameras.size()));
-  }
-  const Intrinsics& camera = cameras[frame.camera].intrinsics();
-  if (frame.image.empty() || (frame.image.type() != CV_8UC1 && frame.image.type() != CV_8UC3)) {
-    throw std::invalid_argument("a frame must have 8 bits and 1 or 3 channels");
-  }
-  if (frame.image.cols != camera.width_px || frame.image.rows != camera.height_px) {
-    throw std::invalid_argument("the frame is " + std::to_string(frame.image.cols) + " x " +
-                                std::to_string(frame.image.rows) + " px, the camera's intrinsics are for " +
-                                std::to_string(camera.width_px) + " x " + std::to_string(camera.height_px));
-  }
-  if (!frame.depth.empty() && (frame.depth.type() != CV_16UC1 || frame.depth.size() != frame.image.size())) {
-    throw std::invalid_argument("depth must have 16 bits, one channel and the image's size");
-  }
+void run_in_order(std::size_t count, const std::function<void(std::size_t)>& task) {
+  for (std::size_t i = 0; i < count; ++i) task(i);
 }
 
 std::map<int, HomographyFeatures> Tracker::Impl::shared_features(const Frame& frame) const {
@@ -183,7 +64,13 @@ void Tracker::Impl::detect(Track& track, const Frame& frame,
   }
   track.expected = track.prior.at(frame.captured);
   if (track.expected) {
-    detect_orb(track, frame);
+    if (!track.tag) {
+      detect_orb(track, frame);
+    } else if (!track.orb) {
+      detect_tag(track, frame);
+    } else {
+      detect_both(track, frame);
+    }
   } else {
     track.reason = kSearching;
     track.searched = true;
@@ -215,7 +102,7 @@ void Tracker::Impl::detect_orb(Track& track, const Frame& frame) const {
 void Tracker::Impl::search(const Frame& frame) {
   std::vector<Track*> waiting;
   for (const auto& track : tracks) {
-    if (track->searched) waiting.push_back(track.get());
+    if (track->searched && track->orb) waiting.push_back(track.get());
   }
   if (waiting.empty()) return;
   const bool nobody = std::none_of(tracks.begin(), tracks.end(),
@@ -241,17 +128,19 @@ void Tracker::Impl::search_step(Track& track, const Frame& frame) const {
   track.observed = track.orb->find_in(frame, camera, tile, height);
 }
 
-// Two robots cannot stand in one place: who was tracked there keeps it, else who fits better.
+// Two robots cannot stand in one place: whose tag is there has it, else who was tracked there, else who fits
+// better.
 void Tracker::Impl::refuse_taken_places() {
   for (const auto& a : tracks) {
     for (const auto& b : tracks) {
       if (a == b || !a->observed || !b->observed) continue;
       const double apart = (a->observed->pose.position() - b->observed->pose.position()).norm();
-      const double least =
-          0.5 * std::min(a->spec.appearance->size_m().minCoeff(), b->spec.appearance->size_m().minCoeff());
+      const double least = 0.5 * std::min(seen_size_m(a->spec).minCoeff(), seen_size_m(b->spec).minCoeff());
       if (apart >= least) continue;
-      const bool a_stays =
-          a->searched != b->searched ? b->searched : a->observed->score >= b->observed->score;
+      const bool a_by_tag = a->observed->source == PoseSource::apriltag;
+      const bool b_by_tag = b->observed->source == PoseSource::apriltag;
+      bool a_stays = a->searched != b->searched ? b->searched : a->observed->score >= b->observed->score;
+      if (a_by_tag != b_by_tag) a_stays = a_by_tag;  // a tag tells who it is
       Track& loser = a_stays ? *b : *a;
       loser.observed.reset();
       loser.reason = kTakenPlace;
@@ -262,8 +151,10 @@ void Tracker::Impl::refuse_taken_places() {
 // What the camera's calibration leaves unknown of the track's observation.
 Covariance3 Tracker::Impl::correlated(const Track& track, const Frame& frame) const {
   if (config.calibration.empty()) return Covariance3::Zero();
+  const bool by_tag = track.observed->source == PoseSource::apriltag;
+  const double height = by_tag ? track.tag->tag().height_m : track.surface_height_m();
   const auto floor = floor_covariance(cameras[frame.camera], config.calibration[frame.camera],
-                                      track.observed->pose.position(), track.surface_height_m());
+                                      track.observed->pose.position(), height);
   return floor.value_or(Covariance3::Zero());  // none at the very edge of what the lens's model holds for
 }
 
@@ -271,7 +162,12 @@ RobotReport Tracker::Impl::update(Track& track, const Frame& frame) const {
   if (track.observed) {
     track.observed->correlated = correlated(track, frame);
     if (track.searched) track.sweep.restart();
-    track.heading.apply(*track.observed, track.expected ? std::optional(track.expected->pose) : std::nullopt);
+    if (track.observed->source == PoseSource::apriltag) {
+      track.heading.settle();
+    } else {
+      track.heading.apply(*track.observed,
+                          track.expected ? std::optional(track.expected->pose) : std::nullopt);
+    }
     track.prior.observe(*track.observed);
     track.last_measured = track.observed;
   }
@@ -327,18 +223,23 @@ void Tracker::add(const RobotSpec& spec) {
   check_spec(spec);
   if (impl_->find(spec.id) != nullptr)
     throw std::invalid_argument("robot '" + spec.id + "' is there already");
+  impl_->check_tag_is_free(spec);
   impl_->tracks.push_back(std::make_unique<Track>(spec, impl_->config));
   // Second opinions are dear: robots added together must not all ask for theirs in one frame.
   if (impl_->config.audit_interval > 0) {
     impl_->tracks.back()->frames_since_audit =
         static_cast<int>(impl_->tracks.size() * 7 % static_cast<std::size_t>(impl_->config.audit_interval));
   }
+  impl_->tracks.back()->frames_since_tag_look =
+      static_cast<int>(impl_->tracks.size() * 7 % static_cast<std::size_t>(impl_->config.tags.look_interval));
+  impl_->choose_families();
 }
 
 bool Tracker::change(const RobotSpec& spec) {
   Track* track = impl_->find(spec.id);
   if (track == nullptr) return false;
   check_spec(spec);
+  impl_->check_tag_is_free(spec);
   auto changed = std::make_unique<Track>(spec, impl_->config);
   changed->history = std::move(track->history);
   changed->prior = track->prior;
@@ -347,18 +248,22 @@ bool Tracker::change(const RobotSpec& spec) {
   changed->reason = track->reason;
   // What the change does not touch carries on: only another filter has to calibrate anew.
   if (spec.filter == track->spec.filter) changed->filter = std::move(track->filter);
-  if (spec.appearance == track->spec.appearance) changed->heading = track->heading;
+  if (spec.appearance && spec.appearance == track->spec.appearance) changed->heading = track->heading;
   for (auto& slot : impl_->tracks) {
     if (slot.get() == track) {
       slot = std::move(changed);
       break;
     }
   }
+  impl_->choose_families();
   return true;
 }
 
 bool Tracker::remove(std::string_view id) {
-  return std::erase_if(impl_->tracks, [&](const auto& track) { return track->spec.id == id; }) > 0;
+  const bool removed =
+      std::erase_if(impl_->tracks, [&](const auto& track) { return track->spec.id == id; }) > 0;
+  impl_->choose_families();
+  return removed;
 }
 
 std::vector<RobotSpec> Tracker::robots() const {
@@ -368,7 +273,7 @@ std::vector<RobotSpec> Tracker::robots() const {
 }
 
 std::vector<RobotReport> Tracker::process(const Frame& frame) {
-  impl_->check_frame(frame);
+  check_frame(frame, impl_->cameras);
   // 1. What all robots share of this frame.
   const auto features = impl_->shared_features(frame);
   // 2. Each robot is looked for where it is expected.
@@ -376,6 +281,7 @@ std::vector<RobotReport> Tracker::process(const Frame& frame) {
                   [&](std::size_t i) { impl_->detect(*impl_->tracks[i], frame, features); });
   // 3. Those that are expected nowhere are searched, a bounded share per frame.
   impl_->search(frame);
+  impl_->search_tags(frame);
   // 4. One place, one robot.
   impl_->refuse_taken_places();
   // 5. Filter and history.

@@ -16,24 +16,35 @@
 #include "tracker/camera_uncertainty.hpp"
 #include "tracker/detect/homography.hpp"
 #include "tracker/detect/orb_detector.hpp"
+#include "tracker/detect/tag_detector.hpp"
 #include "tracker/filter/filters.hpp"
 #include "tracker/history.hpp"
 #include "tracker/motion_prior.hpp"
 
 namespace skylight {
 
-enum class DetectorKind : std::uint8_t { orb, homography };
+/// orb: features acquire, alignment of the picture tracks; where the robot has a tag too, that takes over
+/// when the picture is refused, or is contradicted by the tag. apriltag: the tag alone. homography: the
+/// paper's pipeline, which knows of no tags.
+enum class DetectorKind : std::uint8_t { orb, apriltag, homography };
 
 struct RobotSpec {
-  std::string id;  ///< not empty, unique in a tracker
-  std::shared_ptr<const Appearance> appearance;
+  std::string id;                                ///< not empty, unique in a tracker
+  std::shared_ptr<const Appearance> appearance;  ///< the detector apriltag does without
   std::optional<double>
-      surface_height_m;  ///< of this robot's picture, where a payload raises it; none: the appearance's
+      surface_height_m;        ///< of this robot's picture, where a payload raises it; none: the appearance's
+  std::optional<TagSpec> tag;  ///< unique in a tracker; the detector apriltag needs it
   DetectorKind detector = DetectorKind::orb;
   FilterSpec filter;
   HomographyConfig homography;
   std::optional<Pose2> initial_pose;  ///< where it stands at the first frame, if known
 };
+
+/// Forward and left extent of what is seen of a robot: its picture, else its tag. Metres.
+Eigen::Vector2d seen_size_m(const RobotSpec& spec);
+/// The middle of that in base_link, and its height above the floor.
+Eigen::Vector2d seen_centre_m(const RobotSpec& spec);
+double seen_height_m(const RobotSpec& spec);
 
 struct SearchConfig {
   int tile_px =
@@ -42,8 +53,18 @@ struct SearchConfig {
   int first_steps_per_frame = 3;  ///< the same while no robot is tracked that this could hold up: 1 to 100
 };
 
+/// Robots with a tag.
+struct TagConfig {
+  TagFinderConfig finder;
+  TagPoseConfig pose;
+  int look_interval = 15;   ///< frames between looks at the tag of a robot whose picture is tracked, 1 and up
+  int sweep_interval = 10;  ///< frames between tiles that are searched for the tag of a robot whose picture
+                            ///< is tracked where its tag is not seen, 1 and up
+};
+
 struct TrackerConfig {
   OrbDetectorConfig orb;
+  TagConfig tags;
   MotionPriorConfig prior;
   SearchConfig search;
   HistoryLimits history;
@@ -88,7 +109,7 @@ class Tracker {
 
   const std::vector<CameraModel>& cameras() const;
 
-  /// Throws std::invalid_argument: no id, no appearance, an id that is taken, settings out of range.
+  /// Throws std::invalid_argument: no id, no appearance, an id or a tag that is taken, settings out of range.
   void add(const RobotSpec& spec);
   /// Replaces a robot's settings; its history stays, and so does its filter's state where the filter's
   /// settings stay. False where there is no such robot; throws as add().

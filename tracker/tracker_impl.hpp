@@ -1,0 +1,95 @@
+// What a Tracker is made of; for its own .cpp files.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tracker/heading.hpp"
+#include "tracker/search.hpp"
+#include "tracker/tracker.hpp"
+
+namespace skylight {
+
+inline constexpr std::string_view kOutOfView = "outside this camera's picture";
+
+// One robot: its detector, what the detector needs from frame to frame, filter and history.
+struct Track {
+  Track(const RobotSpec& robot, const TrackerConfig& config)
+      : spec(robot),
+        prior(config.prior),
+        heading(robot.appearance ? robot.appearance->heading_turns() : 1, seen_centre_m(robot)),
+        filter(make_filter(robot.filter)),
+        history(config.history) {
+    make_detector(config);
+  }
+
+  void make_detector(const TrackerConfig& config) {
+    orb.reset();
+    homography.reset();
+    tag.reset();
+    if (spec.detector == DetectorKind::orb) orb.emplace(spec.appearance, config.orb);
+    if (spec.detector == DetectorKind::homography) homography.emplace(spec.appearance, spec.homography);
+    if (spec.tag && spec.detector != DetectorKind::homography) tag.emplace(*spec.tag, config.tags.pose);
+  }
+
+  double surface_height_m() const { return seen_height_m(spec); }
+
+  RobotSpec spec;
+  std::optional<OrbDetector> orb;
+  std::optional<HomographyDetector> homography;
+  std::optional<TagDetector> tag;
+  MotionPrior prior;
+  HeadingResolver heading;
+  Sweep sweep;
+  std::unique_ptr<Filter> filter;
+  PoseHistory history;
+  std::optional<Observation> last_measured;
+  int frames_since_audit = 0;
+  int frames_since_tag_look = 0;
+  int picture_refusals = 0;  ///< in a row
+  bool unconfirmed = false;  ///< its picture is tracked where its tag was looked for and not seen
+
+  // Of the frame at hand.
+  std::optional<Prior> expected;
+  std::optional<Observation> observed;
+  bool searched = false;  ///< observed (or not) by the whole-floor search
+  std::string_view reason;
+  TrackState state = TrackState::searching;
+};
+
+struct Tracker::Impl {
+  std::vector<CameraModel> cameras;
+  TrackerConfig config;
+  Executor executor;
+  std::vector<std::unique_ptr<Track>> tracks;
+  std::size_t search_turn = 0;    ///< which of the searched robots goes first
+  std::optional<TagFinder> tags;  ///< of all robots' families; none where no robot has a tag
+  std::vector<Sweep> tag_sweeps;  ///< by camera: one search for all tags
+  std::vector<std::string> families_of_tags;
+  int frames_since_tag_sweep = 0;
+
+  std::map<int, HomographyFeatures> shared_features(const Frame& frame) const;
+  void detect(Track& track, const Frame& frame, const std::map<int, HomographyFeatures>& features) const;
+  void detect_orb(Track& track, const Frame& frame) const;
+  void detect_tag(Track& track, const Frame& frame) const;
+  void detect_both(Track& track, const Frame& frame) const;
+  void compare_with_tag(Track& track, const Frame& frame) const;
+  void search(const Frame& frame);
+  void search_step(Track& track, const Frame& frame) const;
+  void search_tags(const Frame& frame);
+  void take_tag(Track& track, const FoundTag& found, const Frame& frame) const;
+  std::size_t tag_steps();
+  double smallest_tag_px(const Frame& frame, double& largest) const;
+  void choose_families();
+  void check_tag_is_free(const RobotSpec& spec) const;
+  void refuse_taken_places();
+  Covariance3 correlated(const Track& track, const Frame& frame) const;
+  RobotReport update(Track& track, const Frame& frame) const;
+  static void settle(Track& track);
+  Track* find(std::string_view id) const;
+};
+
+}  // namespace skylight
