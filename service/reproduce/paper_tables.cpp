@@ -20,9 +20,9 @@ double ratio_of(double a, double b) {
   return b > 0.0 ? a / b : 0.0;
 }
 
-SweepPoint swept(const Runs& runs, double value, const WindowFilterConfig& config) {
+SweepPoint swept(const Runs& runs, std::string_view variant, double value, const WindowFilterConfig& config) {
   std::vector<Errors> errors;
-  for (const ObservedRun& run : runs) errors.push_back(filtered_errors(run, "ray", paper_filter(config)));
+  for (const ObservedRun& run : runs) errors.push_back(filtered_errors(run, variant, paper_filter(config)));
   return {value, figures_of(errors)};
 }
 
@@ -158,20 +158,26 @@ std::vector<AcceptanceRow> table_1(const Runs& runs) {
   return rows;
 }
 
-std::vector<SweepPoint> figure_6(const Runs& runs) {
+std::vector<SweepPoint> figure_6(const Runs& runs, std::string_view variant) {
   std::vector<SweepPoint> points;
   for (int window = paper::kFirstWindow; window <= paper::kLastWindow; ++window)
-    points.push_back(swept(runs, window, {.window_size = window, .alpha = paper::kAlphaOfWindows}));
+    points.push_back(swept(runs, variant, window, {.window_size = window, .alpha = paper::kAlphaOfWindows}));
   return points;
 }
 
-std::vector<SweepPoint> figure_7(const Runs& runs) {
+std::vector<SweepPoint> figure_7(const Runs& runs, std::string_view variant) {
   std::vector<SweepPoint> points;
   for (int i = 0; i < paper::kAlphas; ++i) {
     const double alpha = paper::kFirstAlpha + i * paper::kAlphaStep;
-    points.push_back(swept(runs, alpha, {.window_size = paper::kBestWindow, .alpha = alpha}));
+    points.push_back(swept(runs, variant, alpha, {.window_size = paper::kBestWindow, .alpha = alpha}));
   }
   return points;
+}
+
+const SweepPoint& best(const std::vector<SweepPoint>& points) {
+  return *std::min_element(points.begin(), points.end(), [](const SweepPoint& a, const SweepPoint& b) {
+    return a.figures.mean_m < b.figures.mean_m;
+  });
 }
 
 Table2 table_2(const Runs& runs) {

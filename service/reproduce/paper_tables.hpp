@@ -26,13 +26,15 @@ struct AcceptanceRow {
 };
 std::vector<AcceptanceRow> table_1(const Runs& runs);
 
-/// Figs. 6 and 7: the window filter on "ray", one setting after the other.
+/// Figs. 6 and 7: the window filter on one variant, one setting after the other.
 struct SweepPoint {
   double value = 0.0;  ///< the window's size, or alpha in m
   ErrorFigures figures;
 };
-std::vector<SweepPoint> figure_6(const Runs& runs);
-std::vector<SweepPoint> figure_7(const Runs& runs);
+std::vector<SweepPoint> figure_6(const Runs& runs, std::string_view variant = "ray");
+std::vector<SweepPoint> figure_7(const Runs& runs, std::string_view variant = "ray");
+/// The one with the smallest mean error; `points` must not be empty.
+const SweepPoint& best(const std::vector<SweepPoint>& points);
 
 /// Table 2. Before: "vertical", what is within 0.25 m of the truth, no filter. After: "ray" through the
 /// window filter of 12 and 0.3 m.

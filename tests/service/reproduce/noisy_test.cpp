@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "service/reproduce/paper_tables.hpp"
 #include "tests/service/reproduce/made_runs.hpp"
 
 namespace skylight::service::reproduce {
@@ -49,6 +50,25 @@ TEST(Noisy, TakesEveryThirdFrameAtAThirdOfTheRateAndRefusesWhatDoesNotDivide) {
   EXPECT_EQ(third[0].frame_rate_hz, 10.0);
   EXPECT_THROW(noisy({run}, 20.0), std::invalid_argument);
   EXPECT_THROW(noisy({run}, 90.0), std::invalid_argument);
+}
+
+TEST(Noisy, GivesThePapersFigure6ItsMinimumInside) {
+  // Its small circle, 1.25 m at 0.22 m/s, 10 times a second. The window averages noise and lags in the turn.
+  Runs circles;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    ObservedRun run = test::empty_run("circle-2", seed);
+    for (int i = 0; i < 600; ++i) {
+      const double angle = 0.022 / 1.25 * i;
+      test::add(run, {1.25 * std::cos(angle), 1.25 * std::sin(angle), wrap_angle(angle + M_PI / 2)},
+                std::nullopt, std::nullopt);
+    }
+    circles.push_back(run);
+  }
+  const auto points = figure_6(noisy(circles, 10.0), "noisy");
+  EXPECT_GE(best(points).value, 7.0);
+  EXPECT_LE(best(points).value, 14.0) << "the paper's is 12; of its other routes too";
+  EXPECT_GT(points.front().figures.mean_m, 1.05 * best(points).figures.mean_m);
+  EXPECT_GT(points.back().figures.mean_m, 1.05 * best(points).figures.mean_m);
 }
 
 TEST(DepthError, IsFoundAndTakenOff) {
