@@ -74,6 +74,19 @@ void resolve_paths(Config& config, const Resolver& resolve) {
   for (AppearanceConfig& appearance : config.appearances) {
     if (appearance.image) resolve(*appearance.image);
   }
+  for (CameraConfig& camera : config.cameras) {
+    if (camera.calibration) resolve(*camera.calibration);
+  }
+}
+
+void read_calibrations(Config& config) {
+  for (CameraConfig& camera : config.cameras) {
+    if (!camera.calibration) continue;
+    camera.calibrated = read_calibration(*camera.calibration);
+    if (!camera.calibrated->map_from_camera)
+      throw settings::Error(*camera.calibration, 0, "map_from_camera",
+                            "is missing: run skylight calibrate extrinsics");
+  }
 }
 
 /// Straight down: x right, y down in the picture, so that map z is -z of the camera.
@@ -137,6 +150,7 @@ Config load_config(const ConfigLayers& layers) {
   for (const Override& flag : layers.flags) settings::set(document, flag.assignment, flag.origin);
   auto config = settings::read<Config>(document);
   resolve_paths(config, Resolver(layers.file));
+  read_calibrations(config);
   return config;
 }
 
@@ -149,6 +163,7 @@ std::string config_json(const Config& config) {
 }
 
 CameraModel camera_model(const CameraConfig& camera) {
+  if (camera.calibration) return camera_model(camera.calibrated.value());
   const Intrinsics intrinsics =
       camera.intrinsics ? *camera.intrinsics : scaled_intrinsics(camera.overhead.value());
   return {intrinsics,
@@ -198,10 +213,12 @@ TrackerConfig tracker_config(const Config& config) {
                      .max_entries = config.history.max_entries};
   const bool calibrated =
       std::any_of(config.cameras.begin(), config.cameras.end(),
-                  [](const CameraConfig& camera) { return camera.uncertainty.has_value(); });
+                  [](const CameraConfig& camera) { return camera.uncertainty || camera.calibrated; });
   for (const CameraConfig& camera : config.cameras) {
-    if (calibrated)
-      tracker.calibration.push_back(camera_uncertainty(camera.uncertainty.value_or(CalibrationSigmas{})));
+    if (!calibrated) continue;
+    tracker.calibration.push_back(camera.calibrated
+                                      ? uncertainty_of(*camera.calibrated)
+                                      : camera_uncertainty(camera.uncertainty.value_or(CalibrationSigmas{})));
   }
   return tracker;
 }

@@ -18,6 +18,7 @@
 
 #include <Eigen/Geometry>
 
+#include "service/calibration/file.hpp"
 #include "settings/document.hpp"
 #include "tracker/appearance.hpp"
 #include "tracker/camera.hpp"
@@ -90,9 +91,12 @@ struct OverheadPose {
   std::optional<std::array<int, 2>> size_px{};  ///< of the picture, width and height; with metres_per_pixel
 };
 
-/// Exactly one of map_from_camera and overhead, and of intrinsics and overhead.metres_per_pixel.
+/// Exactly one of calibration, map_from_camera and overhead; without a calibration exactly one of intrinsics
+/// and overhead.metres_per_pixel.
 struct CameraConfig {
   std::string id{};
+  std::optional<std::string> calibration{};  ///< file that `skylight calibrate` wrote; says all of the rest
+  std::optional<CalibrationFile> calibrated{};  ///< what stands in it, read by load_config()
   std::optional<Intrinsics> intrinsics{};
   std::optional<CameraPose> map_from_camera{};
   std::optional<OverheadPose> overhead{};

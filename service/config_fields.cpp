@@ -218,13 +218,20 @@ void describe(Fields& fields, OverheadPose& pose) {
 void describe(Fields& fields, CameraConfig& camera) {
   fields.about("A fixed camera: lens and sensor (intrinsics), and where it stands.");
   fields.field("id", camera.id, id_rules("Name of the camera."));
+  fields.field(
+      "calibration", camera.calibration,
+      {.min_length = 1,
+       .help = "File that skylight calibrate wrote, relative to the configuration file's folder: lens, "
+               "place and how well both are known. Instead of all other keys but id."});
   fields.field("intrinsics", camera.intrinsics);
   fields.field("map_from_camera", camera.map_from_camera);
   fields.field("overhead", camera.overhead, {.help = "Instead of map_from_camera."});
   fields.field("uncertainty", camera.uncertainty, {.help = "Absent: known exactly."});
-  fields.exactly_one_of({"map_from_camera", "overhead"});
+  fields.exactly_one_of({"calibration", "map_from_camera", "overhead"});
+  fields.check(!(camera.calibration && (camera.intrinsics || camera.uncertainty)), "calibration",
+               "says intrinsics and uncertainty itself: give only the file");
   const bool scaled = camera.overhead && camera.overhead->metres_per_pixel;
-  fields.check(camera.intrinsics || scaled, "intrinsics",
+  fields.check(camera.intrinsics || scaled || camera.calibration, "intrinsics",
                "is missing, and there is no overhead.metres_per_pixel");
   fields.check(!(camera.intrinsics && scaled), "overhead.metres_per_pixel",
                "contradicts intrinsics: give only one");
