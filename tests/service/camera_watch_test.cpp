@@ -1,0 +1,143 @@
+// The watch over a camera's hold, on rendered rooms with all picture effects: what happens is known.
+#include "tracker/camera_watch.hpp"
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "service/sources/simulator.hpp"
+
+namespace skylight::service::test {
+namespace {
+
+struct Watched {
+  CameraWatch watch;
+  SimulatorFrames room;
+  Time start;
+  std::optional<Time> moved, blind;  ///< when first told
+
+  Watched(const std::string& scenario, double seconds, std::vector<std::string> changes)
+      : room(run_of(scenario, seconds, std::move(changes))), start(room.start()) {}
+
+  static ScenarioRun run_of(const std::string& scenario, double seconds, std::vector<std::string> changes) {
+    changes.insert(changes.end(), {"cameras[0].frame_rate_hz=2", "cameras[0].depth.enabled=false"});
+    ScenarioRun run = scenario_run(scenario, std::nullopt, changes);
+    run.cut(seconds);
+    return run;
+  }
+  bool step() {
+    const auto frame = room.next();
+    if (!frame) return false;
+    const CameraHold hold = watch.look(*frame).hold;
+    if (hold == CameraHold::moved && !moved) moved = frame->captured;
+    if (hold == CameraHold::blind && !blind) blind = frame->captured;
+    return true;
+  }
+  void play() {
+    while (step()) {
+    }
+  }
+  double seconds(Time at) const { return to_seconds(at - start); }
+};
+
+/// Mean way of the floor's points in the picture, truth against calibration, px.
+double true_shift(const SimulatorFrames& room) {
+  const CameraModel& before = room.cameras().at(0).model;
+  const CameraModel after(before.intrinsics(), room.map_from_camera(0));
+  double sum = 0.0;
+  int count = 0;
+  for (double x = -2.5; x <= 2.5; x += 0.5) {
+    for (double y = -2.5; y <= 2.5; y += 0.5) {
+      const auto was = before.pixel_from_map({x, y, 0.0});
+      const auto is = after.pixel_from_map({x, y, 0.0});
+      if (!was || !is || !before.sees(*was)) continue;
+      sum += (*is - *was).norm();
+      ++count;
+    }
+  }
+  return sum / count;
+}
+
+TEST(CameraWatch, ABumpIsNoticedWithinFiveSecondsWithItsSize) {
+  for (const char* degrees : {"[0.2, 0.2, 0.1]", "[0.06, 0, 0]", "[-3, 2, 0]"}) {
+    Watched room("hard/bumped", 10.0, {"events[0].at_s=4", std::string("events[0].by_deg=") + degrees});
+    room.play();
+    ASSERT_TRUE(room.moved) << degrees;
+    EXPECT_GT(room.seconds(*room.moved), 4.0) << degrees;
+    EXPECT_LT(room.seconds(*room.moved), 9.0) << degrees;
+    EXPECT_NEAR(room.watch.report().shift_px / true_shift(room.room), 1.0, 0.1) << degrees;
+    EXPECT_LE(room.watch.report().since, *room.moved);
+  }
+}
+
+TEST(CameraWatch, PeopleRobotsLightAndNoiseAreNoBump) {
+  for (const char* scenario : {"hard/visitor", "hard/low-light", "hard/crossing", "hard/texture", "demo"}) {
+    Watched room(scenario, 15.0, {});
+    room.play();
+    EXPECT_FALSE(room.moved) << scenario << ": told of " << room.watch.report().shift_px << " px";
+  }
+}
+
+TEST(CameraWatch, AfterALearntCalibrationTheNewPlaceIsTheRightOne) {
+  Watched room("hard/bumped", 12.0, {"events[0].at_s=3"});
+  while (room.step() && !room.moved) {
+  }
+  ASSERT_TRUE(room.moved);
+  room.watch.relearn();
+  EXPECT_EQ(room.watch.report().hold, CameraHold::learning);
+  room.play();
+  EXPECT_EQ(room.watch.report().hold, CameraHold::steady);
+  EXPECT_LT(room.watch.report().shift_px, 0.2);
+}
+
+Frame flat(const cv::Mat& image, double at_s) {
+  Frame frame;
+  frame.captured = Time{from_seconds(1000.0 + at_s)};
+  frame.image = image;
+  return frame;
+}
+
+TEST(CameraWatch, AFloorOfOneColourGivesNothingToHoldOnTo) {
+  CameraWatch watch;
+  const cv::Mat plain(480, 640, CV_8UC3, cv::Scalar(120, 120, 120));
+  for (int i = 0; i < 20; ++i) watch.look(flat(plain, i));
+  EXPECT_EQ(watch.report().hold, CameraHold::learning);
+  EXPECT_EQ(watch.report().features, 0U);
+}
+
+TEST(CameraWatch, ACoveredLensIsBlindNotMovedAndAFlashIsForgotten) {
+  cv::Mat floor(480, 640, CV_8UC1);
+  cv::RNG noise(7);
+  noise.fill(floor, cv::RNG::UNIFORM, 0, 255);
+  cv::blur(floor, floor, {5, 5});
+  const cv::Mat dark(floor.size(), CV_8UC1, cv::Scalar(3));
+  CameraWatch watch;
+  double t = 0.0;
+  for (; t < 3.0; t += 0.5) watch.look(flat(floor, t));
+  ASSERT_EQ(watch.report().hold, CameraHold::steady);
+  watch.look(flat(dark, t += 0.5));
+  for (int i = 0; i < 4; ++i) watch.look(flat(floor, t += 0.5));
+  EXPECT_EQ(watch.report().hold, CameraHold::steady) << "one dark frame";
+  for (int i = 0; i < 5; ++i) watch.look(flat(dark, t += 0.5));
+  EXPECT_EQ(watch.report().hold, CameraHold::blind);
+  for (int i = 0; i < 5; ++i) watch.look(flat(floor, t += 0.5));
+  EXPECT_EQ(watch.report().hold, CameraHold::steady);
+}
+
+TEST(CameraWatch, LooksNoMoreOftenThanItIsToldAndRefusesSettingsOutOfRange) {
+  const cv::Mat empty;
+  CameraWatch watch;
+  const cv::Mat plain(48, 64, CV_8UC1, cv::Scalar(9));
+  watch.look(flat(plain, 0.0));
+  watch.look(flat(empty, 0.4));  // would throw if it were looked at
+  EXPECT_THAT(check(CameraWatchConfig{.features = 4}),
+              testing::HasSubstr("features is 4, allowed 9 to 1024"));
+  EXPECT_THROW(CameraWatch({.least_share = 2.0}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skylight::service::test
