@@ -74,7 +74,7 @@ void take_from_scenario(const Config& config, const SimulatorFrames& simulator, 
     if (!robot.appearance) continue;
     assembly.appearances.emplace(robot.appearance->id(), robot.appearance);
     if (!config.robots.empty()) continue;
-    RobotConfig as_configured{.id = robot.id, .method = config.tracker.method};
+    const RobotConfig as_configured{.id = robot.id, .tag = robot.tag, .method = config.tracker.method};
     assembly.robots.push_back(robot_spec(as_configured, robot.appearance));
   }
 }
@@ -89,7 +89,17 @@ std::shared_ptr<const Appearance> appearance_of(const RobotConfig& robot, const 
       if (simulated.id == robot.id && simulated.appearance) return simulated.appearance;
     }
   }
+  if (robot.method.detector == DetectorKind::apriltag && !robot.appearance) return nullptr;
   throw std::invalid_argument("robot '" + robot.id + "': there is no appearance '" + name + "'");
+}
+
+// Its own; a simulated robot that names none has the scenario's.
+std::optional<TagSpec> tag_of(const RobotConfig& robot, const SimulatorFrames* simulator) {
+  if (robot.tag || simulator == nullptr) return robot.tag;
+  for (const SimulatedRobot& simulated : simulator->robots()) {
+    if (simulated.id == robot.id) return simulated.tag;
+  }
+  return std::nullopt;
 }
 
 // Appearances of the configuration; those cut from a frame look at the source's first one.
@@ -159,6 +169,7 @@ Assembly assemble(const Config& config, std::shared_ptr<FrameSource> source,
   const auto cut_poses = add_appearances(config, assembly);
   for (const RobotConfig& robot : config.robots) {
     RobotSpec spec = robot_spec(robot, appearance_of(robot, simulator, assembly.appearances));
+    spec.tag = tag_of(robot, simulator);
     const auto cut = cut_poses.find(robot.appearance.value_or(robot.id));
     if (cut != cut_poses.end() && !spec.initial_pose) spec.initial_pose = cut->second;
     assembly.robots.push_back(std::move(spec));

@@ -183,6 +183,7 @@ RobotSpec robot_spec(const RobotConfig& robot, std::shared_ptr<const Appearance>
   RobotSpec spec{.id = robot.id,
                  .appearance = std::move(appearance),
                  .surface_height_m = robot.surface_height_m,
+                 .tag = robot.tag,
                  .detector = robot.method.detector,
                  .filter = robot.method.filter.kind,
                  .homography = robot.method.homography,
@@ -196,7 +197,8 @@ RobotSpec robot_spec(const RobotConfig& robot, std::shared_ptr<const Appearance>
 
 RobotConfig robot_config(const RobotSpec& spec) {
   RobotConfig robot{
-      .id = spec.id, .appearance = spec.appearance->id(), .surface_height_m = spec.surface_height_m};
+      .id = spec.id, .appearance = std::nullopt, .surface_height_m = spec.surface_height_m, .tag = spec.tag};
+  if (spec.appearance) robot.appearance = spec.appearance->id();
   robot.method.detector = spec.detector;
   robot.method.filter.kind = spec.filter;
   robot.method.homography = spec.homography;

@@ -36,6 +36,7 @@ void describe(settings::Fields& fields, CalibrationSigmas& sigmas);
 void describe(settings::Fields& fields, MotionFilterConfig& filter);
 void describe(settings::Fields& fields, WindowFilterConfig& filter);
 void describe(settings::Fields& fields, HomographyConfig& homography);
+void describe(settings::Fields& fields, TagSpec& tag);
 void describe(settings::Fields& fields, SearchConfig& search);
 
 namespace service {
@@ -140,8 +141,9 @@ struct MethodConfig {
 struct RobotConfig {
   std::string id{};
   std::optional<std::string>
-      appearance;  ///< id in Config::appearances; absent: the scenario's (simulator only)
+      appearance;  ///< id in Config::appearances; absent: the scenario's (simulator), none (apriltag)
   std::optional<double> surface_height_m{};  ///< absent: the appearance's
+  std::optional<TagSpec> tag{};              ///< absent: the scenario's (simulator only), else none
   MethodConfig method{};  ///< starts as Config::tracker's; its keys stand in the robot itself
   std::optional<InitialPose> initial_pose{};
 };
@@ -206,6 +208,7 @@ std::string config_json(const Config& config);
 /// What the tracker takes. The configuration has been checked by load_config().
 CameraModel camera_model(const CameraConfig& camera);
 FrameCut frame_cut(const AppearanceConfig& appearance);
+/// `appearance` may be null for the detector apriltag.
 RobotSpec robot_spec(const RobotConfig& robot, std::shared_ptr<const Appearance> appearance);
 TrackerConfig tracker_config(const Config& config);
 

@@ -76,6 +76,15 @@ void check_camera(Fields& fields, const Config& config, const std::string& path,
   fields.check(has_id(config.cameras, id), path, "no camera in cameras has the id \"" + id + "\"");
 }
 
+void check_tags_differ(Fields& fields, const Config& config, std::size_t first, std::size_t second) {
+  const auto& a = config.robots[first].tag;
+  const auto& b = config.robots[second].tag;
+  if (!a || !b || a->id != b->id || a->family != b->family) return;
+  fields.check(
+      false, at("robots", second, "tag"),
+      b->family + " " + std::to_string(b->id) + " is the tag of robots[" + std::to_string(first) + "] too");
+}
+
 /// What one section says of another.
 void check_references(Fields& fields, const Config& config) {
   check_ids(fields, "cameras", config.cameras);
@@ -95,7 +104,12 @@ void check_references(Fields& fields, const Config& config) {
   for (std::size_t i = 0; i < config.robots.size(); ++i) {
     const auto& appearance = config.robots[i].appearance;
     const std::string path = at("robots", i, "appearance");
-    fields.check(appearance || simulated, path, "is missing: only a simulated robot brings its own");
+    const bool by_tag = config.robots[i].method.detector == DetectorKind::apriltag;
+    fields.check(config.robots[i].tag || simulated || !by_tag, at("robots", i, "tag"),
+                 "is missing: the detector apriltag needs it");
+    for (std::size_t k = 0; k < i; ++k) check_tags_differ(fields, config, k, i);
+    fields.check(appearance || simulated || by_tag, path,
+                 "is missing: only a simulated robot brings its own");
     fields.check(!appearance || has_id(config.appearances, *appearance), path,
                  "no appearance in appearances has the id \"" + appearance.value_or("") + "\"");
   }
@@ -103,8 +117,13 @@ void check_references(Fields& fields, const Config& config) {
 
 void describe_method(Fields& fields, MethodConfig& method) {
   fields.choice(
-      "detector", method.detector, {{"orb", DetectorKind::orb}, {"homography", DetectorKind::homography}},
-      {.help = "orb: features acquire, alignment of the picture tracks. homography: find_object_2d's."});
+      "detector", method.detector,
+      {{"orb", DetectorKind::orb},
+       {"apriltag", DetectorKind::apriltag},
+       {"homography", DetectorKind::homography}},
+      {.help =
+           "orb: features acquire, alignment of the picture tracks; the robot's tag, if it has one, takes "
+           "over where that fails. apriltag: the tag alone. homography: find_object_2d's."});
   fields.field("filter", method.filter);
   fields.field("homography", method.homography, {.help = "Settings of the detector homography."});
 }
@@ -290,9 +309,12 @@ void describe(Fields& fields, RobotConfig& robot) {
       "One robot. Its detector and filter are those of the section tracker, but for what it says itself.");
   fields.field("id", robot.id, id_rules("Name of the robot."));
   fields.field("appearance", robot.appearance,
-               id_rules("Id of its appearance. A simulated robot may leave it to the scenario.", false));
+               id_rules("Id of its appearance. A simulated robot may leave it to the scenario; the detector "
+                        "apriltag needs none.",
+                        false));
   fields.field("surface_height_m", robot.surface_height_m,
                with_help(kSurface, "Where a payload raises this robot's surface; absent: the appearance's."));
+  fields.field("tag", robot.tag, {.help = "Absent: none; with the simulator, the scenario's."});
   describe_method(fields, robot.method);
   fields.field("initial_pose", robot.initial_pose);
 }

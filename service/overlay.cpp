@@ -40,13 +40,13 @@ struct Painter {
 
 void draw_robot(const Painter& painter, const RobotSnapshot& robot, const Pose2& pose) {
   const RobotSpec& spec = *robot.spec;
-  const double height = spec.surface_height_m.value_or(spec.appearance->picture().surface_height_m);
+  const double height = seen_height_m(spec);
   const cv::Scalar colour = colour_of(robot.view.state);
   const Eigen::Rotation2Dd turn(pose.yaw);
-  const Eigen::Vector2d half = spec.appearance->size_m() / 2;
+  const Eigen::Vector2d half = seen_size_m(spec) / 2;
   const auto place = [&](double forward, double left) -> Eigen::Vector2d {
     return pose.position() +
-           turn * (spec.appearance->centre_m() + Eigen::Vector2d(forward * half.x(), left * half.y()));
+           turn * (seen_centre_m(spec) + Eigen::Vector2d(forward * half.x(), left * half.y()));
   };
   constexpr std::array<std::array<double, 2>, 4> kCorners{{{1, 1}, {1, -1}, {-1, -1}, {-1, 1}}};
   for (std::size_t i = 0; i < 4; ++i) {

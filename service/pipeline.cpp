@@ -303,7 +303,7 @@ void Pipeline::publish() {
   next_.robots.clear();
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto copies = std::count_if(specs_.begin(), specs_.end(), [&](const auto& spec) {
-      return spec->appearance == specs_[i]->appearance;
+      return spec == specs_[i] || (spec->appearance && spec->appearance == specs_[i]->appearance);
     });
     next_.robots.push_back({specs_[i], std::move(views[i]), static_cast<int>(copies)});
   }

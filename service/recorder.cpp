@@ -5,10 +5,12 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "service/config.hpp"
 #include "service/mot.hpp"
 #include "service/sources/frame_list.hpp"
 #include "service/time_text.hpp"
 #include "service/wire.hpp"
+#include "settings/fields.hpp"
 
 namespace skylight::service {
 namespace {
@@ -77,6 +79,7 @@ Json robots_json(const fs::path& folder, const SimulatorFrames& simulator, Json&
     if (!robot.appearance) continue;
     const std::string& look = robot.appearance->id();
     robots.push_back({{"id", robot.id}, {"appearance", look}});
+    if (robot.tag) robots.back()["tag"] = Json::parse(settings::write(*robot.tag));
     if (look != robot.id) continue;  // a copy
     const Picture& picture = robot.appearance->picture();
     const std::string file = "appearances/" + look + ".png";

@@ -135,6 +135,34 @@ void describe(Fields& fields, WindowFilterConfig& filter) {
   fields.check(wrong.empty(), "", wrong);
 }
 
+void describe(Fields& fields, TagSpec& tag) {
+  fields.about("An AprilTag on the robot, lying flat. skylight tags prints them.");
+  fields.field("family", tag.family,
+               {.pattern = "^(36h11|25h9|16h5|Standard41h12)$",
+                .pattern_words = "36h11, 25h9, 16h5 or Standard41h12",
+                .help = "Family of the tag."});
+  fields.field("id", tag.id, {.min = 0, .max = 2114, .required = true, .help = "Number within the family."});
+  fields.field("size_m", tag.size_m,
+               {.min = 0.005,
+                .max = 5,
+                .unit = "m",
+                .help = "Outer edge of its black border (Standard41h12: of the white ring inside)."});
+  fields.field("height_m", tag.height_m,
+               {.min = -1, .max = 5, .unit = "m", .help = "Of the tag above the floor."});
+  std::array<double, 2> position{tag.mounting.x, tag.mounting.y};
+  fields.field("position_m", position,
+               {.min = -5, .max = 5, .unit = "m", .help = "Its middle in base_link: forward, left."});
+  fields.field("yaw_rad", tag.mounting.yaw,
+               {.min = -6.3,
+                .max = 6.3,
+                .unit = "rad",
+                .help = "Its way up from the robot's forward direction, counter-clockwise."});
+  tag.mounting.x = position[0];
+  tag.mounting.y = position[1];
+  const std::string wrong = check(tag);
+  fields.check(wrong.empty(), "", wrong);
+}
+
 void describe(Fields& fields, HomographyConfig& homography) {
   fields.about("The detector homography: the pipeline of find_object_2d, for comparison.");
   fields.field("features", homography.features,

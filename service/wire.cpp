@@ -71,13 +71,13 @@ Json to_json(const PoseAnswer& answer, Time now) {
 
 Json to_json(const RobotSnapshot& robot, const PoseAnswer& now) {
   const RobotSpec& spec = *robot.spec;
-  const Eigen::Vector2d size = spec.appearance->size_m();
+  const Eigen::Vector2d size = seen_size_m(spec);
   Json out = Json::parse(settings::write(robot_config(spec)));
   out["status"] = {{"state", skylight::to_string(now.state)},
                    {"reason", now.reason.empty() ? Json(nullptr) : Json(now.reason)},
                    {"last_seen", now.last_seen ? Json(unix_seconds(*now.last_seen)) : Json(nullptr)},
                    {"size_m", {size.x(), size.y()}},
-                   {"heading_turns", spec.appearance->heading_turns()},
+                   {"heading_turns", spec.appearance ? spec.appearance->heading_turns() : 1},
                    {"copies", robot.copies}};
   return out;
 }

@@ -205,9 +205,9 @@ void add_evaluate(CLI::App& app, Run& run) {
   flags->config.add_to(*command, false);
   command
       ->add_option("--detector", flags->detectors,
-                   "orb, homography; several are scored on the same frames (orb)")
+                   "orb, apriltag, homography; several are scored on the same frames (orb)")
       ->delimiter(',')
-      ->check(CLI::IsMember({"orb", "homography"}));
+      ->check(CLI::IsMember({"orb", "apriltag", "homography"}));
   command->add_option("--filter", flags->filter, "motion, window: the paper's (motion)")
       ->check(CLI::IsMember({"motion", "window"}));
   command->add_flag("--odometry", flags->odometry,

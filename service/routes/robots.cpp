@@ -42,7 +42,8 @@ void add_default_method(settings::Node& robot, const MethodConfig& method) {
 RobotSpec spec_of(const RouteContext& context, const RobotConfig& robot) {
   const std::string& appearance = robot.appearance.value_or(robot.id);
   auto found = context.appearances.find(appearance);
-  if (!found)
+  const bool does_without = robot.method.detector == DetectorKind::apriltag && !robot.appearance;
+  if (!found && !does_without)
     throw http::Problem(422, "The body is refused",
                         "body: appearance: there is no appearance '" + appearance + "'");
   return robot_spec(robot, std::move(found));

@@ -9,6 +9,7 @@
 #include "settings/fields.hpp"
 #include "settings/text.hpp"
 #include "sim/camera/camera_model.hpp"
+#include "sim/render/artwork.hpp"
 #include "sim/scenario/fields.hpp"
 #include "sim/scenario/robot_model.hpp"
 #include "sim/scenario/scenario_file.hpp"
@@ -101,13 +102,45 @@ bool same_artwork(const Picture& a, const Picture& b) {
          a.image.type() == b.image.type() && cv::norm(a.image, b.image, cv::NORM_INF) == 0.0;
 }
 
+// As its owner would measure it.
+std::optional<TagSpec> tag_of(const sim::Simulation& simulation, std::size_t robot) {
+  if (!simulation.robots()[robot].tag) return std::nullopt;
+  sim::Scenario scenario = simulation.scenario();
+  scenario.robots = simulation.robots();  // with the copies
+  const auto place = sim::tag_place(scenario, robot);
+  if (!place) return std::nullopt;
+  const sim::RobotSpec& spec = scenario.robots[robot];
+  const sim::RobotModel& model = sim::robot_model(spec.model);
+  const Eigen::Vector2d plate = 0.5 * (model.plate.min + model.plate.max);
+  return TagSpec{.family = spec.tag->family,
+                 .id = spec.tag->id,
+                 .size_m = spec.tag->size_m,
+                 .height_m = model.plate_height_m,
+                 .mounting = {plate.x() + place->x_m, plate.y() + place->y_m, wrap_angle(place->yaw)}};
+}
+
+// A tag that several robots carry tells nothing of who they are.
+void drop_shared_tags(std::vector<SimulatedRobot>& robots) {
+  const auto same = [](const TagSpec& a, const TagSpec& b) { return a.family == b.family && a.id == b.id; };
+  std::vector<bool> shared(robots.size(), false);
+  for (std::size_t i = 0; i < robots.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!robots[i].tag || !robots[k].tag || !same(*robots[i].tag, *robots[k].tag)) continue;
+      shared[i] = shared[k] = true;
+    }
+  }
+  for (std::size_t i = 0; i < robots.size(); ++i) {
+    if (shared[i]) robots[i].tag.reset();
+  }
+}
+
 // Identical robots share one appearance: what tells the tracker that they are copies.
 std::vector<SimulatedRobot> robots_of(const sim::Simulation& simulation) {
   std::vector<SimulatedRobot> robots;
   for (std::size_t i = 0; i < simulation.robots().size(); ++i) {
     const sim::RobotSpec& spec = simulation.robots()[i];
     const Pose2 start{spec.start.x_m, spec.start.y_m, wrap_angle(spec.start.yaw_deg / kDegrees)};
-    robots.push_back({.id = spec.id, .appearance = nullptr, .start = start});
+    robots.push_back({.id = spec.id, .appearance = nullptr, .start = start, .tag = tag_of(simulation, i)});
     if (!spec.picture.enabled && !spec.tag) continue;
     const sim::RobotPicture artwork = simulation.picture(i);
     const Picture picture{.image = artwork.image,
@@ -124,6 +157,7 @@ std::vector<SimulatedRobot> robots_of(const sim::Simulation& simulation) {
     twin->copy = robots.back().copy = true;
     robots.back().appearance = twin->appearance;
   }
+  drop_shared_tags(robots);
   return robots;
 }
 

@@ -12,6 +12,7 @@
 #include "service/sources/source.hpp"
 #include "tracker/appearance.hpp"
 #include "tracker/camera.hpp"
+#include "tracker/detect/apriltag.hpp"
 
 namespace skylight::service {
 
@@ -27,8 +28,9 @@ struct SimulatedRobot {
   /// Its artwork, as its owner would register it; robots with the same artwork share one, named after the
   /// first of them. Null where nothing on the robot tells it apart: no picture and no tag.
   std::shared_ptr<const Appearance> appearance;
-  Pose2 start;        ///< where the scenario puts it
-  bool copy = false;  ///< another robot shares its appearance
+  Pose2 start;                   ///< where the scenario puts it
+  std::optional<TagSpec> tag{};  ///< what is stuck on its top; none where another robot's is the same
+  bool copy = false;             ///< another robot shares its appearance
 };
 
 /// Where a robot truly was when a frame was exposed.

@@ -101,6 +101,21 @@ class Robots(Case):
             shown = {k: robot[key][k] for k in value} if isinstance(value, dict) else robot[key]
             self.assertEqual(shown, value, key)
 
+    def test_a_robot_with_a_tag_needs_no_picture(self):
+        tag = {"family": "25h9", "id": 9, "size_m": 0.12, "height_m": 0.2, "position_m": [0.1, -0.05], "yaw_rad": 0.5}
+        robot = self.call("addRobot", 201, body={"id": COPY, "detector": "apriltag", "tag": tag}).json()
+        self.assertNotIn("appearance", robot)
+        self.assertEqual((robot["tag"], robot["status"]["size_m"], robot["status"]["copies"]), (tag, [0.12, 0.12], 1))
+        changed = self.call("changeRobot", 200, {"id": COPY}, body={"tag": {"id": 10}}).json()
+        self.assertEqual(changed["tag"], {**tag, "id": 10})
+        self.problem("changeRobot", 422, "tag", "0 to 34", path={"id": COPY}, body={"tag": {"id": 35}})
+
+    def test_a_tag_that_another_robot_has_is_refused(self):
+        self.add_copy(tag={"id": 9})
+        other = {"id": "other", "detector": "apriltag", "tag": {"id": 9}}
+        self.problem("addRobot", 422, "36h11 9", COPY, body=other)
+        self.problem("addRobot", 422, "apriltag", "tag", body={"id": "other", "detector": "apriltag"})
+
     def test_a_robot_that_is_there_or_looks_like_nothing_is_refused(self):
         self.problem("addRobot", 409, "anna", body={"id": "anna"})
         self.problem("addRobot", 422, "appearance", "nobody", body={"id": COPY, "appearance": "nobody"})

@@ -242,6 +242,16 @@ const Refused refused_texts[] = {
     {"{\"cameras\": [" + std::string(kCamera) +
          R"(], "source": {"type": "video", "path": "a", "camera": "c"}, "robots": [{"id": "r"}]})",
      "my.json:1: robots[0].appearance: is missing: only a simulated robot brings its own"},
+    {R"({"robots": [{"id": "r", "tag": {"family": "16h5", "id": 30}}]})",
+     "my.json:1: robots[0].tag: id is 30, allowed 0 to 29 in the family 16h5"},
+    {R"({"robots": [{"id": "r", "tag": {"id": 3}}, {"id": "s", "tag": {"id": 3, "size_m": 0.1}}]})",
+     "my.json:1: robots[1].tag: 36h11 3 is the tag of robots[0] too"},
+    {R"({"robots": [{"id": "r", "tag": {"id": 3, "family": "tag36h11"}}]})",
+     "my.json:1: robots[0].tag.family: \"tag36h11\" is not 36h11, 25h9, 16h5 or Standard41h12"},
+    {"{\"cameras\": [" + std::string(kCamera) +
+         R"(], "source": {"type": "video", "path": "a", "camera": "c"},
+            "robots": [{"id": "r", "detector": "apriltag"}]})",
+     "my.json:2: robots[0].tag: is missing: the detector apriltag needs it"},
     {R"({"robots": [{"id": "r"}, {"id": "s"},)"
      "\n"
      R"({"id": "r"}]})",
@@ -254,6 +264,19 @@ const Refused refused_texts[] = {
 
 TEST(Config, RefusesWhatIsWrongAndWhatContradicts) {
   for (const Refused& each : refused_texts) EXPECT_EQ(refusal(each.text), each.what) << each.text;
+}
+
+TEST(Config, ATagBecomesTheTrackersAndBack) {
+  RobotConfig robot{.id = "r"};
+  robot.tag =
+      TagSpec{.family = "25h9", .id = 4, .size_m = 0.12, .height_m = 0.2, .mounting = {0.1, -0.05, 0.5}};
+  robot.method.detector = DetectorKind::apriltag;
+  const RobotSpec spec = robot_spec(robot, nullptr);
+  EXPECT_EQ(spec.tag, robot.tag);
+  EXPECT_EQ(spec.detector, DetectorKind::apriltag);
+  const RobotConfig back = robot_config(spec);
+  EXPECT_EQ(back.tag, robot.tag);
+  EXPECT_FALSE(back.appearance);
 }
 
 TEST(Config, AnotherHostIsAllowedWithAToken) {

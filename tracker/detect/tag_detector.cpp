@@ -16,6 +16,8 @@ constexpr std::string_view kNotSeen =
 constexpr double kRim =
     1.25;  // a tag with its white rim, as a multiple of its edge: 36h11 has 10 cells for 8
 constexpr double kHalfDiagonal = 0.7071068;
+constexpr int kCloseLook = 128;   // px: side of a part that is looked at with full magnification
+constexpr int kWidestLook = 384;  // px: side of the widest part
 constexpr double kMountingM = 0.002;
 constexpr double kMountingRad = 0.0175;
 constexpr double kGate = 16.27;  // chi-squared of three degrees of freedom, 99.9 %
@@ -51,9 +53,15 @@ TagObservation TagDetector::detect_near(const TagFinder& finder, const Frame& fr
   const auto edge = edge_px(camera, middle);
   if (!edge) return {{}, kNotSeen};
   const double radius = prior.radius_m + kRim * kHalfDiagonal * tag_.size_m;
-  const cv::Rect part = part_around(camera, middle, radius, tag_.height_m);
+  const cv::Rect around = part_around(camera, middle, radius, tag_.height_m);
+  // A robot not seen for a while may be far: the middle of where it may be, less magnified; the search has
+  // the rest.
+  const cv::Point centre = (around.tl() + around.br()) / 2;
+  const cv::Rect widest(centre.x - kWidestLook / 2, centre.y - kWidestLook / 2, kWidestLook, kWidestLook);
+  const cv::Rect part = around & widest;
+  const double as_if_px = part.area() > kCloseLook * kCloseLook ? 2.0 * *edge : *edge;
   TagObservation best{{}, kNotSeen};
-  for (const FoundTag& found : finder.find(frame.image, {part, *edge})) {
+  for (const FoundTag& found : finder.find(frame.image, {part, as_if_px})) {
     if (!is(found)) continue;
     TagObservation seen = observe(found, frame, camera);
     const bool better =
