@@ -18,7 +18,7 @@ import unittest
 import zlib
 
 PROGRAM = None
-COMMANDS = ("serve", "track", "simulate", "evaluate", "reproduce")
+COMMANDS = ("serve", "track", "simulate", "evaluate", "reproduce", "calibrate")
 
 # One robot on a short arc under a small camera.
 SCENARIO = {
@@ -93,6 +93,50 @@ class Help(Case):
             out, err, code = run(*arguments)
             self.assertEqual((code, err), (0, ""), arguments)
             self.assertRegex(out, r"^skylight \d+\.\d+\.\d+\n$")
+
+
+class Calibrate(Case):
+    """Clicked points, a lens that is known, and a camera 3 m above the floor that looks straight down."""
+    LENS = {"format": 1, "intrinsics": {"width_px": 640, "height_px": 480, "fx_px": 400, "fy_px": 400, "cx_px": 320,
+                                        "cy_px": 240}, "sigmas": {"focal_px": [0.2, 0.2]}}
+
+    def points(self, name, flip=1):
+        rows = ["u_px,v_px,x_m,y_m,name"]
+        for x in (-2, -0.5, 1.5):
+            for y in (-1.5, 0.25, 1):
+                rows.append(f"{320 + 400 * x / 3},{240 - 400 * y / 3},{x},{flip * y},p{len(rows)}")
+        return self.write(name, "\n".join(rows) + "\n")
+
+    def test_points_say_where_the_camera_hangs_and_the_old_file_is_kept(self):
+        lens = self.write(self._testMethodName + ".json", self.LENS)
+        out, err, code = run("calibrate", "extrinsics", "--camera", lens, "--points", self.points("points.csv"), "--json")
+        self.assertEqual(code, 0, err)
+        self.assertLess(json.loads(out)["cameras"][0]["worst_floor_sigma_m"], 0.1)
+        position = json.loads(lens.read_text())["map_from_camera"]["position_m"]
+        for value, truth in zip(position, (0, 0, 3)):
+            self.assertAlmostEqual(value, truth, delta=1e-3)
+        self.assertIn("1\t", run("calibrate", "restore", lens, "--list")[0])
+        self.assertEqual(run("calibrate", "map", lens, "--frame", "1,0,90")[2], 0)
+        self.assertAlmostEqual(json.loads(lens.read_text())["map_from_camera"]["position_m"][1], 1, delta=1e-3)
+        self.assertEqual(run("calibrate", "restore", lens, "--version", 1)[2], 0)
+        self.assertNotIn("map_from_camera", json.loads(lens.read_text()))
+
+    def test_bad_input_is_named(self):
+        lens = self.write(self._testMethodName + ".json", self.LENS)
+        for arguments, code, words in (
+                (("intrinsics", lens.parent), 2, "--board"),
+                (("intrinsics", lens.parent, "--board", "chess"), 2, "chessboard:9x6:0.025"),
+                (("intrinsics", lens.parent / "none", "--board", "chessboard:9x6:0.02"), 1, "none"),
+                (("extrinsics", "--camera", lens), 2, "names no picture"),
+                (("extrinsics", "--camera", f"{lens}=none.png", "--tag", "36h11:1@0,0:0.2"), 2, "36h11:3@1.5,-0.5,90:0.2"),
+                (("extrinsics", "--camera", lens, "--points", self.points("mirrored.csv", -1)), 1, "mirrored"),
+                (("extrinsics", "--camera", lens, "--points", self.write("bad.csv", "u_px,v_px,x_m\n")), 1, "bad.csv:1"),
+                (("map", lens, "--frame", "0,0,0"), 1, "extrinsics"),
+                (("restore", lens), 1, "no versions"), ((), 2, "subcommand")):
+            out, err, got = run("calibrate", *arguments)
+            self.assertEqual(got, code, (arguments, err))
+            self.assertIn(words, err)
+            self.assertEqual(out, "")
 
 
 class Usage(Case):
