@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   add_simulate(app, run);
   add_evaluate(app, run);
   add_reproduce(app, run);
+  add_tags(app, run);
   add_calibrate(app, run);
   for (CLI::App* command : app.get_subcommands({})) command->set_version_flag("--version", version);
   try {

@@ -101,7 +101,7 @@ TEST(TagPhotographs, OfATurnedTagTellItsAngle) {
     const double seen = turned_deg(found[0], camera);
     std::cout << angle << ": " << seen << "\n";
     // Its maker turned it by hand. Seen face on its tilt hardly shows: cos 10 degrees is 0.985.
-    EXPECT_NEAR(seen, angle, std::abs(angle) >= 20 ? 5.0 : 8.5);
+    EXPECT_NEAR(seen, angle, std::abs(angle) >= 20 ? 5.0 : 10.0);
   }
 }
 

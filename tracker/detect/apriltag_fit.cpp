@@ -8,12 +8,14 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <opencv2/imgproc.hpp>
 
 namespace skylight {
 namespace {
 
 constexpr int kUnknowns = 10;       // the homography's eight, gain, level
-constexpr int kMostSamples = 1600;  // more of a large tag add little
+constexpr int kMostSamples = 3600;  // more of a large tag add little
+constexpr double kLargest = 50.0;   // px, of a whole tag as it is fitted
 constexpr int kLeastSamples = 60;   // of an 8 x 8 px tag
 constexpr int kMostIterations = 12;
 constexpr double kConverged = 2e-3;      // px, of the corner that moved farthest
@@ -320,8 +322,9 @@ class Fit {
     for (int axis = 0; axis < 2; ++axis) {
       const Eigen::RowVector2d pixel = seen.cells_by_place.row(axis).cwiseAbs() / unit_;
       const double across = pixel.minCoeff();
-      footprint[static_cast<std::size_t>(axis)] = {pixel.maxCoeff(),
-                                                   std::hypot(now_.blur * pixel.norm(), kBoxSigma * across)};
+      footprint[static_cast<std::size_t>(axis)] = {
+          pixel.maxCoeff(),
+          std::sqrt(now_.blur * now_.blur * pixel.squaredNorm() + kBoxSigma * kBoxSigma * across * across)};
     }
     const Eigen::Vector2d middle(0.5 * pattern_.cells.cols, 0.5 * pattern_.cells.rows);
     seen.level = blurred(pattern_.cells, middle + half_ * seen.q, footprint);
@@ -411,7 +414,10 @@ class Fit {
 
 }  // namespace
 
-std::optional<TagFit> fit_tag(const cv::Mat& grey, const TagPattern& pattern, const TagCorners& corners_px) {
+namespace {
+
+std::optional<TagFit> fit_at_scale(const cv::Mat& grey, const TagPattern& pattern,
+                                   const TagCorners& corners_px) {
   Fit fit(grey, pattern, corners_px);
   if (!fit.enough()) return std::nullopt;
   fit.choose_blur();
@@ -419,6 +425,48 @@ std::optional<TagFit> fit_tag(const cv::Mat& grey, const TagPattern& pattern, co
   // The blur was chosen where libapriltag saw the corners: it may be another one where they are.
   if (fit.choose_blur() && !fit.run()) return std::nullopt;
   return fit.result();
+}
+
+double longest_edge(const TagCorners& corners) {
+  double longest = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) longest = std::max(longest, (corners[i] - corners[(i + 1) % 4]).norm());
+  return longest;
+}
+
+/// Around the corners and the rim, cut to the picture, a multiple of `times` wide and high.
+cv::Rect part_for(const cv::Mat& grey, const TagCorners& corners, int times) {
+  Eigen::AlignedBox2d box;
+  for (const Pixel& corner : corners) box.extend(corner);
+  const Eigen::Vector2d rim = Eigen::Vector2d::Constant(0.5 * box.sizes().maxCoeff());
+  const Eigen::Vector2d low = (box.min() - rim).cwiseMax(0.0);
+  const Eigen::Vector2d high = (box.max() + rim).cwiseMin(Eigen::Vector2d(grey.cols - 1, grey.rows - 1));
+  const auto length = [times](double from, double to) {
+    return std::max(0, static_cast<int>(to - std::floor(from)) / times * times);
+  };
+  return {static_cast<int>(low.x()), static_cast<int>(low.y()), length(low.x(), high.x()),
+          length(low.y(), high.y())};
+}
+
+}  // namespace
+
+std::optional<TagFit> fit_tag(const cv::Mat& grey, const TagPattern& pattern, const TagCorners& corners_px) {
+  // A large tag is made smaller first: all of its pixels tell then, at the cost of a few.
+  const double whole_px = longest_edge(corners_px) * pattern.cells.cols / pattern.border_cells;
+  const int times = static_cast<int>(std::min(1e3, std::ceil(whole_px / kLargest)));
+  if (times <= 1) return fit_at_scale(grey, pattern, corners_px);
+  const cv::Rect part = part_for(grey, corners_px, times);
+  if (part.width < times || part.height < times) return std::nullopt;
+  cv::Mat smaller;
+  cv::resize(grey(part), smaller, cv::Size(part.width / times, part.height / times), 0, 0, cv::INTER_AREA);
+  // The smaller picture's pixel (0, 0) has its middle between the first `times` pixels.
+  const Pixel origin = Pixel(part.x, part.y) + Pixel::Constant(0.5 * (times - 1));
+  TagCorners corners = corners_px;
+  for (Pixel& corner : corners) corner = (corner - origin) / times;
+  auto fit = fit_at_scale(smaller, pattern, corners);
+  if (!fit) return fit;
+  for (Pixel& corner : fit->corners_px) corner = times * corner + origin;
+  fit->covariance *= times * times;
+  return fit;
 }
 
 }  // namespace skylight
