@@ -31,8 +31,8 @@ int main(int argc, char** argv) {
   add_simulate(app, run);
   add_evaluate(app, run);
   add_reproduce(app, run);
-  add_tags(app, run);
   add_calibrate(app, run);
+  add_tags(app, run);
   for (CLI::App* command : app.get_subcommands({})) command->set_version_flag("--version", version);
   try {
     app.parse(argc, argv);

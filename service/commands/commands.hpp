@@ -19,8 +19,8 @@ void add_track(CLI::App& app, Run& run);
 void add_simulate(CLI::App& app, Run& run);
 void add_evaluate(CLI::App& app, Run& run);
 void add_reproduce(CLI::App& app, Run& run);
-void add_tags(CLI::App& app, Run& run);
 void add_calibrate(CLI::App& app, Run& run);
+void add_tags(CLI::App& app, Run& run);
 
 /// A mistake of whoever called the program: exit code 2.
 struct UsageError : std::runtime_error {
