@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "service/pose_query.hpp"
+#include "service/sources/live/open.hpp"
 #include "service/sources/video.hpp"
 
 namespace skylight::service {
@@ -30,6 +31,9 @@ class PeekedFrames final : public FrameSource {
   std::optional<double> speed() const override { return inner_->speed(); }
   void stamped(Time at) override { inner_->stamped(at); }
   void interrupt() override { inner_->interrupt(); }
+  bool live() const override { return inner_->live(); }
+  std::vector<FeedStatus> feeds() const override { return inner_->feeds(); }
+  void watch(std::function<void()> changed) override { inner_->watch(std::move(changed)); }
 
  private:
   std::shared_ptr<FrameSource> inner_;
@@ -155,6 +159,7 @@ namespace {
 Assembly assemble(const Config& config, std::shared_ptr<FrameSource> source,
                   const SimulatorFrames* simulator) {
   Assembly assembly{.source = std::move(source),
+                    .posted = {},
                     .cameras = {},
                     .appearances = {},
                     .robots = {},
@@ -163,6 +168,10 @@ Assembly assemble(const Config& config, std::shared_ptr<FrameSource> source,
     assembly.cameras.push_back({camera.id, camera_model(camera)});
   if (simulator != nullptr) {
     take_from_scenario(config, *simulator, assembly);
+  } else if (std::holds_alternative<CamerasSource>(config.source.input)) {
+    OpenedCameras live = open_cameras(config);
+    assembly.source = std::move(live.source);
+    assembly.posted = std::move(live.posted);
   } else {
     assembly.source = open_files(config, assembly.cameras);
   }

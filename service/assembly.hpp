@@ -8,6 +8,7 @@
 
 #include "service/config.hpp"
 #include "service/pipeline.hpp"
+#include "service/sources/live/posted_cameras.hpp"
 #include "service/sources/live_simulator.hpp"
 
 namespace skylight::service {
@@ -17,6 +18,7 @@ using Appearances = std::map<std::string, std::shared_ptr<const Appearance>>;
 struct Assembly {
   std::shared_ptr<FrameSource> source;
   std::shared_ptr<LiveSimulator> live;  ///< behind the source, where that is a simulator to be controlled
+  PostedCameras posted;                 ///< those of its cameras whose frames come over HTTP
   std::vector<NamedCamera> cameras;
   Appearances appearances;
   std::vector<RobotSpec> robots;

@@ -68,8 +68,8 @@ void resolve_paths(Config& config, const Resolver& resolve) {
     if (is_file) resolve(simulator->scenario);
   } else if (auto* video = std::get_if<VideoSource>(&config.source.input)) {
     resolve(video->path);
-  } else {
-    resolve(std::get<FolderSource>(config.source.input).path);
+  } else if (auto* folder = std::get_if<FolderSource>(&config.source.input)) {
+    resolve(folder->path);
   }
   for (AppearanceConfig& appearance : config.appearances) {
     if (appearance.image) resolve(*appearance.image);

@@ -19,6 +19,7 @@
 #include <Eigen/Geometry>
 
 #include "service/calibration/file.hpp"
+#include "service/sources/live/kinds.hpp"
 #include "settings/document.hpp"
 #include "tracker/appearance.hpp"
 #include "tracker/camera.hpp"
@@ -72,8 +73,47 @@ struct FolderSource {
   std::optional<double> start_s{};
 };
 
+/// Every camera brings its own: CameraConfig::source.
+struct CamerasSource {};
+
 struct SourceConfig {
-  std::variant<SimulatorSource, VideoSource, FolderSource> input{};
+  std::variant<SimulatorSource, VideoSource, FolderSource, CamerasSource> input{};
+};
+
+/// A camera of this machine; its pictures have the size that the camera is calibrated for.
+struct V4l2Input {
+  std::string device{};  ///< by preference under /dev/v4l/by-path, which stays the same
+  PixelFormat format = PixelFormat::mjpg;
+  double frame_rate_hz = 30.0;
+  std::optional<int> exposure_us{};  ///< absent: automatic
+  std::optional<int> gain{};         ///< in the device's units; absent: automatic
+  int readout_us = 0;                ///< of a rolling shutter, first row to last
+};
+
+struct StreamInput {
+  std::string url{};
+  StreamTransport transport = StreamTransport::tcp;
+  double open_timeout_s = 10.0;
+};
+
+enum class PostedClock : std::uint8_t { ours, own };
+
+/// Pictures that another program posts.
+struct PostedInput {
+  PostedClock clock = PostedClock::ours;  ///< by which they are stamped; own: its offset is estimated
+};
+
+struct ReconnectConfig {
+  double shortest_s = 0.5;  ///< between attempts; doubles up to the longest
+  double longest_s = 10.0;
+};
+
+struct CameraSourceConfig {
+  std::variant<V4l2Input, StreamInput, PostedInput> input{};
+  double latency_s = 0.0;       ///< from the exposure to where a picture is dated, at the least
+  double frozen_after_s = 2.0;  ///< of the same picture; 0: never
+  double silence_s = 5.0;       ///< without a picture for so long it has failed
+  ReconnectConfig reconnect{};
 };
 
 /// Exactly one of the two orientations, both of the optical frame (z forward, x right, y down) in `map`.
@@ -102,6 +142,7 @@ struct CameraConfig {
   std::optional<CameraPose> map_from_camera{};
   std::optional<OverheadPose> overhead{};
   std::optional<CalibrationSigmas> uncertainty{};  ///< absent: known exactly
+  std::optional<CameraSourceConfig> source{};      ///< counts where Config::source is of the type cameras
 };
 
 /// A box drawn on the source's first frame.

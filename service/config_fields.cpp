@@ -1,5 +1,5 @@
-// Every key of the configuration that is the service's own (the tracker's: tracker_fields.cpp): its range,
-// its unit, and what it is for.
+// Every key of the configuration that is the service's own (the tracker's: tracker_fields.cpp; a live
+// camera's: source_fields.cpp): its range, its unit, and what it is for.
 #include <algorithm>
 #include <cmath>
 
@@ -13,6 +13,7 @@ using settings::Fields;
 namespace service {
 
 void describe(Fields& fields, FilterConfig& filter);
+void describe(Fields& fields, CameraSourceConfig& source);
 
 namespace {
 
@@ -85,6 +86,33 @@ void check_tags_differ(Fields& fields, const Config& config, std::size_t first, 
       b->family + " " + std::to_string(b->id) + " is the tag of robots[" + std::to_string(first) + "] too");
 }
 
+const std::string* device_of(const CameraConfig& camera) {
+  const auto* input = camera.source ? std::get_if<V4l2Input>(&camera.source->input) : nullptr;
+  return input != nullptr ? &input->device : nullptr;
+}
+
+/// What the type cameras asks of the cameras, and what it cannot do.
+void check_live(Fields& fields, const Config& config) {
+  if (!std::holds_alternative<CamerasSource>(config.source.input)) return;
+  fields.check(!config.cameras.empty(), "source.type", "is cameras, and there are none in cameras");
+  for (std::size_t i = 0; i < config.cameras.size(); ++i) {
+    fields.check(config.cameras[i].source.has_value(), at("cameras", i, "source"),
+                 "is missing: source.type is cameras");
+    const std::string* device = device_of(config.cameras[i]);
+    for (std::size_t j = 0; device != nullptr && j < i; ++j) {
+      const std::string* other = device_of(config.cameras[j]);
+      fields.check(other == nullptr || *other != *device, at("cameras", i, "source.device"),
+                   "\"" + *device + "\" is the device of cameras[" + std::to_string(j) + "] too");
+    }
+  }
+  for (std::size_t i = 0; i < config.appearances.size(); ++i) {
+    fields.check(
+        !config.appearances[i].cut_from_frame, at("appearances", i, "cut_from_frame"),
+        "contradicts source.type cameras, whose first frame is another one each time: draw the box over "
+        "the API (POST /api/v1/appearances)");
+  }
+}
+
 /// What one section says of another.
 void check_references(Fields& fields, const Config& config) {
   check_ids(fields, "cameras", config.cameras);
@@ -96,6 +124,7 @@ void check_references(Fields& fields, const Config& config) {
   } else if (const auto* folder = std::get_if<FolderSource>(&config.source.input)) {
     check_camera(fields, config, "source.camera", folder->camera);
   }
+  check_live(fields, config);
   for (std::size_t i = 0; i < config.appearances.size(); ++i) {
     const auto& cut = config.appearances[i].cut_from_frame;
     if (!cut || (simulated && config.cameras.empty())) continue;  // then the scenario's cameras count
@@ -189,8 +218,11 @@ void describe(Fields& fields, SourceConfig& source) {
   fields.variant("type", source.input,
                  {{"simulator", "The built-in simulator."},
                   {"video", "A video file."},
-                  {"folder", "A folder of images."}});
+                  {"folder", "A folder of images, or of an RGB-D recording in TUM's layout."},
+                  {"cameras", "Live: what cameras[].source say."}});
 }
+
+void describe(Fields&, CamerasSource&) {}
 
 void describe(Fields& fields, CameraPose& pose) {
   fields.about("Where the camera stands: its optical frame (z forward, x right, y down) in map.");
@@ -241,11 +273,12 @@ void describe(Fields& fields, CameraConfig& camera) {
       "calibration", camera.calibration,
       {.min_length = 1,
        .help = "File that skylight calibrate wrote, relative to the configuration file's folder: lens, "
-               "place and how well both are known. Instead of all other keys but id."});
+               "place and how well both are known. Instead of all other keys but id and source."});
   fields.field("intrinsics", camera.intrinsics);
   fields.field("map_from_camera", camera.map_from_camera);
   fields.field("overhead", camera.overhead, {.help = "Instead of map_from_camera."});
   fields.field("uncertainty", camera.uncertainty, {.help = "Absent: known exactly."});
+  fields.field("source", camera.source, {.help = "Counts where source.type is cameras."});
   fields.exactly_one_of({"calibration", "map_from_camera", "overhead"});
   fields.check(!(camera.calibration && (camera.intrinsics || camera.uncertainty)), "calibration",
                "says intrinsics and uncertainty itself: give only the file");

@@ -52,10 +52,6 @@ std::exception_ptr stopping() {
 
 }  // namespace
 
-Time system_now() {
-  return std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
-}
-
 const RobotSnapshot* Snapshot::robot(std::string_view id) const {
   const auto at = std::find_if(robots.begin(), robots.end(),
                                [&](const RobotSnapshot& robot) { return robot.view.id == id; });
@@ -79,7 +75,8 @@ Pipeline::~Pipeline() {
 
 // Everything that is one per camera or robot, as at the beginning. Without threads.
 void Pipeline::install(std::vector<NamedCamera> cameras) {
-  newest_.reset();
+  newest_.clear();
+  feeds_changed_ = false;
   source_state_ = SourceState::starting;
   source_error_.clear();
   dropped_.assign(cameras.size(), 0);
@@ -125,6 +122,13 @@ void Pipeline::restart(PipelineParts parts) {
 }
 
 void Pipeline::launch() {
+  source_->watch([this] {
+    {
+      const std::lock_guard lock(mutex_);
+      feeds_changed_ = true;
+    }
+    wake_.notify_all();
+  });
   capture_thread_ = std::thread([this] { capture(); });
   track_thread_ = std::thread([this] { track(); });
 }
@@ -135,6 +139,7 @@ void Pipeline::halt() {
     halting_ = true;
   }
   source_->interrupt();
+  source_->watch({});
   wake_.notify_all();
   if (capture_thread_.joinable()) capture_thread_.join();
   if (track_thread_.joinable()) track_thread_.join();
@@ -181,18 +186,18 @@ void Pipeline::capture_frames() {
   std::size_t camera = 0;
   while (auto frame = source_->next()) {
     camera = frame->camera;
-    // In whole microseconds, as on the wire: an instant that a client read there is this very one.
-    const auto due =
-        pacer.due(frame->captured, source_->delivered(), now(), source_->speed().value_or(options_.speed));
-    frame->captured = std::chrono::floor<std::chrono::microseconds>(due.captured);
-    if (!wait_until(due.delivered)) return;
-    source_->stamped(frame->captured);
-    {
-      const std::lock_guard lock(mutex_);
-      if (newest_ && newest_->camera < dropped_.size()) ++dropped_[newest_->camera];
-      newest_ = std::move(frame);
-      count_unreadable(camera);
+    Time delivered = Time::min();
+    if (!source_->live()) {
+      const auto due =
+          pacer.due(frame->captured, source_->delivered(), now(), source_->speed().value_or(options_.speed));
+      frame->captured = due.captured;
+      delivered = due.delivered;
     }
+    // In whole microseconds, as on the wire: an instant that a client read there is this very one.
+    frame->captured = std::chrono::floor<std::chrono::microseconds>(frame->captured);
+    if (!wait_until(delivered)) return;
+    source_->stamped(frame->captured);
+    hand_on(std::move(*frame));
     wake_.notify_all();
   }
   {
@@ -200,6 +205,17 @@ void Pipeline::capture_frames() {
     count_unreadable(camera);
   }
   set_source(SourceState::ended, {});
+}
+
+// One that the tracking thread has not taken gives way to the newer one of the same camera.
+void Pipeline::hand_on(Frame frame) {
+  const std::lock_guard lock(mutex_);
+  const std::size_t camera = frame.camera;
+  if (std::erase_if(newest_, [&](const Frame& waits) { return waits.camera == camera; }) > 0 &&
+      camera < dropped_.size())
+    ++dropped_[camera];
+  newest_.push_back(std::move(frame));
+  count_unreadable(camera);
 }
 
 // Under the lock. What the source skipped counts for the camera whose frame came next, or last.
@@ -212,8 +228,8 @@ void Pipeline::count_unreadable(std::size_t camera) {
 // False when the threads are to leave meanwhile.
 bool Pipeline::wait_until(Time due) {
   std::unique_lock lock(mutex_);
-  const Duration left = due - now();
-  if (left > Duration::zero()) wake_.wait_for(lock, left, [this] { return halting_; });
+  const Time at = now();
+  if (due > at) wake_.wait_for(lock, due - at, [this] { return halting_; });
   return !halting_;
 }
 
@@ -224,10 +240,16 @@ void Pipeline::track() {
     {
       std::unique_lock lock(mutex_);
       const SourceState shown = next_.source;
-      wake_.wait(lock, [&] { return halting_ || newest_ || !changes_.empty() || source_state_ != shown; });
+      wake_.wait(lock, [&] {
+        return halting_ || !newest_.empty() || !changes_.empty() || feeds_changed_ || source_state_ != shown;
+      });
       if (halting_) return;  // changes wait for who comes next, or for stop()
-      frame.swap(newest_);
+      if (!newest_.empty()) {
+        frame = std::move(newest_.front());
+        newest_.erase(newest_.begin());
+      }
       changes.swap(changes_);
+      feeds_changed_ = false;
       next_.source = source_state_;
       next_.source_error = source_error_;
       for (std::size_t i = 0; i < dropped_.size(); ++i) {
@@ -235,12 +257,29 @@ void Pipeline::track() {
         next_.cameras[i].bad_frames += std::exchange(unreadable_[i], 0);
       }
     }
+    take_feeds();
     if (frame) process(*frame);
     if (changes.empty()) {
       publish();
     } else {
       run_changes(changes);
     }
+  }
+}
+
+// How live cameras fare, and what they dropped and could not read themselves.
+void Pipeline::take_feeds() {
+  std::vector<FeedStatus> feeds = source_->feeds();
+  for (std::size_t i = 0; i < std::min(feeds.size(), next_.cameras.size()); ++i) {
+    CameraSnapshot& camera = next_.cameras[i];
+    FeedStatus& feed = feeds[i];
+    camera.dropped += feed.overtaken;
+    camera.bad_frames += feed.unreadable - (camera.feed ? camera.feed->unreadable : 0);
+    const bool other = !camera.feed || camera.feed->state != feed.state || camera.feed->reason != feed.reason;
+    if (other && options_.log)
+      options_.log("camera " + camera.id + " is " + std::string(to_string(feed.state)) +
+                   (feed.reason.empty() ? "" : ": " + feed.reason));
+    camera.feed = std::move(feed);
   }
 }
 

@@ -2,10 +2,10 @@
 //
 //   capture  -- newest frame -->  track  -- snapshot -->  any number of readers
 //
-// The capture thread hands on the newest frame only: one that was not taken in time is dropped and counted.
-// The tracking thread never waits for readers; changes (add a robot, ...) run on it between frames. What
-// robots say of themselves waits in an inbox of its own for the frame that is as new: nobody who says it
-// waits.
+// The capture thread hands on the newest frame of each camera only, in order of arrival: one that was not
+// taken in time is dropped and counted. The tracking thread never waits for readers; changes (add a robot,
+// ...) run on it between frames. What robots say of themselves waits in an inbox of its own for the frame
+// that is as new: nobody who says it waits.
 #pragma once
 
 #include <chrono>
@@ -17,14 +17,12 @@
 #include <thread>
 #include <vector>
 
+#include "service/clock.hpp"
 #include "service/odometry_inbox.hpp"
 #include "service/snapshot.hpp"
 #include "service/sources/source.hpp"
 
 namespace skylight::service {
-
-using Clock = std::function<Time()>;
-Time system_now();
 
 struct NamedCamera {
   std::string id;
@@ -88,6 +86,8 @@ class Pipeline {
   void take_specs();
   void publish();
   bool wait_until(Time due);
+  void hand_on(Frame frame);
+  void take_feeds();
   void set_source(SourceState state, const std::string& error);
 
   PipelineOptions options_;
@@ -100,14 +100,15 @@ class Pipeline {
 
   mutable std::mutex mutex_;  ///< guards what stands between here and the threads
   std::condition_variable wake_;
-  std::optional<Frame> newest_;
+  std::vector<Frame> newest_;  ///< in order of arrival, at most one per camera
   std::vector<Change> changes_;
   SourceState source_state_ = SourceState::starting;
   std::string source_error_;
   std::vector<std::uint64_t> dropped_;     ///< per camera
   std::vector<std::uint64_t> unreadable_;  ///< per camera, not yet in a snapshot
-  bool halting_ = false;                   ///< the threads are to leave
-  bool stopped_ = false;                   ///< for good
+  bool feeds_changed_ = false;
+  bool halting_ = false;  ///< the threads are to leave
+  bool stopped_ = false;  ///< for good
 
   mutable std::mutex published_mutex_;  ///< held only to copy or swap the pointer
   std::shared_ptr<const Snapshot> published_;

@@ -88,6 +88,25 @@ Json to_json(const Eigen::Isometry3d& pose) {
           {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
 }
 
+Json to_json(const FeedStatus& feed) {
+  const auto seconds = [](const std::optional<Duration>& d) {
+    return d ? Json(to_seconds(*d)) : Json(nullptr);
+  };
+  return {{"type", feed.kind},
+          {"state", to_string(feed.state)},
+          {"since", unix_seconds(feed.since)},
+          {"reason", feed.reason.empty() ? Json(nullptr) : Json(feed.reason)},
+          {"reconnects", feed.reconnects},
+          {"received", feed.received},
+          {"lost", feed.lost},
+          {"unreadable", feed.unreadable},
+          {"repeats", feed.repeats},
+          {"undated", feed.undated},
+          {"frame_rate_hz", number(feed.frame_rate_hz)},
+          {"delay_s", seconds(feed.delay)},
+          {"clock_offset_s", seconds(feed.clock_offset)}};
+}
+
 Json to_json(const CameraSnapshot& camera) {
   const Intrinsics& in = camera.model->intrinsics();
   const bool seen = camera.frames > 0;
@@ -106,7 +125,8 @@ Json to_json(const CameraSnapshot& camera) {
           {"frames", camera.frames},
           {"dropped", camera.dropped},
           {"bad_frames", camera.bad_frames},
-          {"frame_rate_hz", number(camera.frame_rate_hz)}};
+          {"frame_rate_hz", number(camera.frame_rate_hz)},
+          {"source", camera.feed ? to_json(*camera.feed) : Json(nullptr)}};
 }
 
 }  // namespace skylight::service

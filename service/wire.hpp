@@ -17,6 +17,7 @@ std::string_view to_string(SourceState state);
 Json to_json(const PoseAnswer& answer, Time now);
 /// `now`: the answer for the present, whose state and reason are shown.
 Json to_json(const RobotSnapshot& robot, const PoseAnswer& now);
+Json to_json(const FeedStatus& feed);
 Json to_json(const CameraSnapshot& camera);
 /// {position_m, quaternion_xyzw}
 Json to_json(const Eigen::Isometry3d& pose);

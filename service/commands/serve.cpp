@@ -97,18 +97,21 @@ int serve(const ServeFlags& flags) {
   const std::size_t robots = assembly.robots.size();
   Pipeline pipeline(pipeline_parts(assembly), {.log = warn});
   SimulatorDesk simulator(config, assembly.live, pipeline, appearances);
+  const PostedCameras posted = assembly.posted;
   assembly = {};  // what runs belongs to the pipeline: another scenario takes its place
   const RouteContext context{.pipeline = pipeline,
                              .appearances = appearances,
                              .default_method = config.tracker.method,
                              .horizon = from_seconds(config.prediction.horizon_s),
-                             .simulator = &simulator};
+                             .simulator = &simulator,
+                             .posted = posted};
   http::Router router;
   add_health_routes(router, context);
   add_robot_routes(router, context);
   add_pose_routes(router, context);
   add_appearance_routes(router, context);
   add_camera_routes(router, context);
+  add_frame_routes(router, context);
   add_odometry_routes(router, context);
   add_simulator_routes(router, context);
   if (flags.print_routes) return print_routes(router);

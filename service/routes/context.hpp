@@ -43,6 +43,7 @@ struct RouteContext {
   MethodConfig default_method;  ///< for robots that are added without saying how they are detected
   Duration horizon = std::chrono::seconds(2);
   SimulatorDesk* simulator = nullptr;  ///< null: as where the source is no simulator
+  PostedCameras posted = {};           ///< cameras whose frames come over HTTP
 };
 
 void add_health_routes(http::Router& router, const RouteContext& context);
@@ -50,6 +51,7 @@ void add_robot_routes(http::Router& router, const RouteContext& context);
 void add_pose_routes(http::Router& router, const RouteContext& context);
 void add_appearance_routes(http::Router& router, const RouteContext& context);
 void add_camera_routes(http::Router& router, const RouteContext& context);
+void add_frame_routes(http::Router& router, const RouteContext& context);
 void add_odometry_routes(http::Router& router, const RouteContext& context);
 void add_simulator_routes(http::Router& router, const RouteContext& context);
 

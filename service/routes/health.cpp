@@ -1,6 +1,21 @@
 #include "service/routes/context.hpp"
 
 namespace skylight::service {
+namespace {
+
+// The live cameras that give no new frames, and why, for people.
+std::vector<std::string> silent_cameras(const Snapshot& snapshot) {
+  std::vector<std::string> out;
+  for (const CameraSnapshot& camera : snapshot.cameras) {
+    if (!camera.feed || camera.feed->state == FeedState::running) continue;
+    const std::string& reason = camera.feed->reason;
+    out.push_back("camera " + camera.id + " is " + std::string(to_string(camera.feed->state)) +
+                  (reason.empty() ? "" : ": " + reason));
+  }
+  return out;
+}
+
+}  // namespace
 
 // Live: the process answers. Ready: frames come and are tracked.
 void add_health_routes(http::Router& router, const RouteContext& context) {
@@ -21,8 +36,13 @@ void add_health_routes(http::Router& router, const RouteContext& context) {
     if (!snapshot->source_error.empty()) reason += ": " + snapshot->source_error;
     if (reason.empty() && !ready)
       reason = seen ? "no frame for " + std::to_string(age) + " s" : "no frame yet";
-    if (!ready) return http::problem(503, "Not ready", reason);
-    return json_reply({{"status", "ready"}, {"age", age}, {"tracker_ms", snapshot->tracker_ms}});
+    const auto silent = silent_cameras(*snapshot);
+    if (!ready) {
+      for (std::size_t i = 0; i < silent.size(); ++i) reason += (i == 0 ? ": " : "; ") + silent[i];
+      return http::problem(503, "Not ready", reason);
+    }
+    return json_reply(
+        {{"status", "ready"}, {"age", age}, {"tracker_ms", snapshot->tracker_ms}, {"degraded", silent}});
   });
 }
 

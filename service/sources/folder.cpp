@@ -5,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "service/sources/frame_list.hpp"
+#include "service/sources/tum_folder.hpp"
 #include "service/sources/video.hpp"
 
 namespace skylight::service {
@@ -70,10 +71,21 @@ FolderFrames::FolderFrames(fs::path path, const FileSourceOptions& options)
   listed_ = fs::exists(path_ / "frames.csv", error);
   if (listed_) {
     frames_ = read_frame_list(path_ / "frames.csv");
+  } else if (is_tum_folder(path_)) {
+    list_tum();
   } else {
     list_pictures();
     if (!(options_.frame_rate_hz > 0))
       throw SourceError(path_.string() + ": a folder without frames.csv needs a frame_rate_hz");
+  }
+}
+
+void FolderFrames::list_tum() {
+  listed_ = true;
+  for (TumFrame& frame : read_tum_folder(path_)) {
+    const std::uint64_t sequence = frames_.size();
+    frames_.push_back({.file = std::move(frame.image), .captured = frame.captured, .sequence = sequence});
+    tum_depths_.push_back(std::move(frame.depth));
   }
 }
 
@@ -118,13 +130,24 @@ Frame FolderFrames::read(const ListedFrame& listed) {
     const bool from_video = is_video_name(listed.file);
     frame.image = from_video ? next_of_video(listed.file)
                              : as_frame_image(read_picture(path_ / listed.file, cv::IMREAD_UNCHANGED));
-    const fs::path depth = path_ / "depth" / (from_video ? numbered_picture(listed.sequence) : listed.file);
-    if (std::error_code error; fs::exists(depth, error))
-      frame.depth = read_picture(depth, cv::IMREAD_UNCHANGED);
+    frame.depth = depth_of(listed);
   } catch (const SourceError&) {
     frame.image.release();
   }
   return frame;
+}
+
+// Empty where there is none.
+cv::Mat FolderFrames::depth_of(const ListedFrame& listed) const {
+  if (!tum_depths_.empty()) {
+    const std::string& name = tum_depths_[listed.sequence];
+    return name.empty() ? cv::Mat{}
+                        : millimetres_from_tum(read_picture(path_ / name, cv::IMREAD_UNCHANGED), name);
+  }
+  const fs::path depth =
+      path_ / "depth" / (is_video_name(listed.file) ? numbered_picture(listed.sequence) : listed.file);
+  std::error_code error;
+  return fs::exists(depth, error) ? read_picture(depth, cv::IMREAD_UNCHANGED) : cv::Mat{};
 }
 
 cv::Mat FolderFrames::next_of_video(const std::string& file) {

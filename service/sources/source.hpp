@@ -1,11 +1,13 @@
-// Where frames come from. Implementations: simulator, video, folder.
+// Where frames come from. Implementations: simulator, video, folder, live cameras.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
-#include "tracker/types.hpp"
+#include "service/sources/feed_status.hpp"
 
 namespace skylight::service {
 
@@ -13,6 +15,9 @@ namespace skylight::service {
 struct SourceError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+/// Largest picture that is decoded at all: what claims more is refused before memory is taken for it.
+inline constexpr long long kMaxPicturePixels = 64LL * 1024 * 1024;
 
 class FrameSource {
  public:
@@ -36,6 +41,16 @@ class FrameSource {
   virtual void stamped(Time) {}
   /// From another thread: a next() that waits returns soon, without a frame.
   virtual void interrupt() {}
+
+  // For live cameras, whose frames are stamped in Unix time and come when they come.
+
+  /// Frames go on at once and keep their times: nothing is paced, and speed() does not count.
+  virtual bool live() const { return false; }
+  /// How each camera's feed fares, in the cameras' order; empty where the source has none. From any thread.
+  virtual std::vector<FeedStatus> feeds() const { return {}; }
+  /// Whom to tell that feeds() has another state, apart from frames that come; from any thread, one at a
+  /// time. Empty: nobody; it is not running when this returns.
+  virtual void watch(std::function<void()>) {}
 };
 
 }  // namespace skylight::service

@@ -19,9 +19,6 @@ struct FileSourceOptions {
   std::size_t camera = 0;
 };
 
-/// Largest picture that is decoded at all: a file that claims more is refused before memory is taken for it.
-inline constexpr long long kMaxPicturePixels = 64LL * 1024 * 1024;
-
 /// Reads a picture with a clear error: missing, no picture, larger than kMaxPicturePixels. `flags` as for
 /// cv::imread. Throws SourceError.
 cv::Mat read_picture(const std::filesystem::path& path, int flags);
@@ -49,6 +46,7 @@ class VideoFrames final : public FrameSource {
 /// as numbers. Where there is a folder `depth` with pictures of the same names (16-bit millimetres), they go
 /// with them; where there is a `frames.csv` (sources/frame_list.hpp, as `skylight simulate` writes it) its
 /// times and sequence numbers are taken, in its order; it may name a video in the folder instead of pictures.
+/// Where there is an `rgb.txt` the folder is one of TUM's RGB-D recordings (sources/tum_folder.hpp).
 class FolderFrames final : public FrameSource {
  public:
   /// Throws SourceError where the folder is missing or has no pictures.
@@ -58,13 +56,16 @@ class FolderFrames final : public FrameSource {
 
  private:
   void list_pictures();
+  void list_tum();
   Frame read(const ListedFrame& listed);
+  cv::Mat depth_of(const ListedFrame& listed) const;
   cv::Mat next_of_video(const std::string& file);
 
   std::filesystem::path path_;
   FileSourceOptions options_;
   std::vector<ListedFrame> frames_;
-  bool listed_ = false;  ///< by frames.csv, which tells times
+  std::vector<std::string> tum_depths_;  ///< with each of frames_, in TUM's layout
+  bool listed_ = false;                  ///< by frames.csv or rgb.txt, which tell times
   cv::VideoCapture video_;
   std::size_t index_ = 0;
   std::uint64_t count_ = 0;

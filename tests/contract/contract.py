@@ -23,8 +23,13 @@ class Operation:
         return [p for p in self.parameters if p["in"] == "query"]
 
     def body_schema(self):
-        body = self.node.get("requestBody")
-        return body and body["content"]["application/json"]["schema"]
+        """Of a JSON body; none where there is no body, or one of another kind."""
+        media = self.node.get("requestBody", {}).get("content", {}).get("application/json")
+        return media and media["schema"]
+
+    def body_type(self):
+        """One that it takes."""
+        return next(iter(self.node.get("requestBody", {}).get("content", {"application/json": {}})))
 
     def target(self, path_parameters, query=None):
         path = self.path

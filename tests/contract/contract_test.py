@@ -8,6 +8,7 @@ import unittest
 import fixture
 from cases_description import Description
 from cases_ended import Ended
+from cases_live import Live
 from cases_odometry import Odometry
 from cases_poses import Poses
 from cases_refusals import Refusals
@@ -15,7 +16,7 @@ from cases_robots import Appearances, Cameras, Robots
 from cases_simulator import Simulator
 from cases_together import Health, Together
 
-CASES = (Description, Refusals, Poses, Odometry, Robots, Appearances, Cameras, Health, Together, Simulator, Ended)
+CASES = (Description, Refusals, Poses, Odometry, Robots, Appearances, Cameras, Health, Together, Simulator, Live, Ended)
 
 
 def suite(names):

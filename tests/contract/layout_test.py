@@ -36,6 +36,8 @@ ALLOWED = {
     r"boost/": {"service/http/front.cpp"},
     r"lzma\.h": {"service/reproduce/xz.cpp"},
     r"cairo": {"service/tag_sheets.cpp"},
+    r"(libav|libsw)": {"service/sources/live/stream_camera.cpp"},
+    r"linux/videodev2": {"service/sources/live/v4l2_camera.cpp", "tests/service/live/fake_v4l2.hpp"},
     r"spdlog/": {"service/commands/serve.cpp"},
 }
 # The tracker has no threads, files, sockets or JSON, and reads no clock.

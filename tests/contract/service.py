@@ -43,8 +43,10 @@ class Answer:
 class Service:
     """The program under test; one for all cases."""
 
-    def __init__(self, program, scenario, settings=()):
-        command = [program, "serve", "--scenario", scenario, "--port", "0"]
+    def __init__(self, program, scenario=None, settings=(), config=None, ready=True):
+        """Over a scenario, or what a configuration file says; `ready`: waits until frames are tracked."""
+        command = [program, "serve", "--port", "0"]
+        command += ["--scenario", scenario] if scenario else ["--config", config]
         for setting in settings:
             command += ["--set", setting]
         self._log = tempfile.TemporaryFile(mode="w+", encoding="utf-8", errors="replace")
@@ -52,7 +54,8 @@ class Service:
                                          env=environment())
         try:
             self.port = self._read_port()
-            self._wait_until_ready()
+            if ready:
+                self._wait_until_ready()
         except BaseException:
             self._process.kill()
             self._process.wait()

@@ -205,7 +205,7 @@ const Refused refused_texts[] = {
     {R"({"source": {"type": "video"}})",
      "my.json:1: source.path: is missing: Relative to the configuration file's folder."},
     {R"({"source": {"type": "webcam"}})",
-     "my.json:1: source.type: \"webcam\" is not one of simulator, video or folder"},
+     "my.json:1: source.type: \"webcam\" is not one of simulator, video, folder or cameras"},
     {R"({"source": {"type": "video", "path": "a.mp4", "camera": "c"}})",
      "my.json:1: source.camera: no camera in cameras has the id \"c\""},
     {"{\"cameras\": [" + std::string(kCamera) + ",\n" + kCamera + "]}",
