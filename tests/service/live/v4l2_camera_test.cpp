@@ -104,6 +104,7 @@ TEST_F(V4l2, GapsInTheSequenceAreLostPicturesEvenAcrossItsWrap) {
   EXPECT_EQ(read({filled(2)}).lost, 3U) << "ffffffff, 0 and 1";
   EXPECT_EQ(read({filled(0)}).lost, 0U) << "begun anew";
   EXPECT_EQ(read({filled(1)}).lost, 0U);
+  EXPECT_EQ(read({filled(3)}).lost, 1U);
 }
 
 TEST_F(V4l2, WhereSeveralWaitTheNewestIsTakenAndTheOthersAreLost) {
