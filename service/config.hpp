@@ -24,6 +24,7 @@
 #include "tracker/appearance.hpp"
 #include "tracker/camera.hpp"
 #include "tracker/camera_uncertainty.hpp"
+#include "tracker/camera_watch.hpp"
 #include "tracker/tracker.hpp"
 
 namespace skylight {
@@ -39,6 +40,7 @@ void describe(settings::Fields& fields, WindowFilterConfig& filter);
 void describe(settings::Fields& fields, HomographyConfig& homography);
 void describe(settings::Fields& fields, TagSpec& tag);
 void describe(settings::Fields& fields, SearchConfig& search);
+void describe(settings::Fields& fields, CameraWatchConfig& watch);
 
 namespace service {
 
@@ -201,6 +203,12 @@ struct HistoryConfig {
   std::size_t max_entries = HistoryLimits{}.max_entries;
 };
 
+/// Whether cameras are watched for having been moved.
+struct WatchConfig {
+  bool enabled = true;
+  CameraWatchConfig settings{};  ///< its keys stand in the section itself
+};
+
 struct PredictionConfig {
   double horizon_s = 2.0;
 };
@@ -218,6 +226,7 @@ struct Config {
   std::vector<AppearanceConfig> appearances{};
   TrackingConfig tracker{};
   std::vector<RobotConfig> robots{};  ///< empty with the simulator: the scenario's
+  WatchConfig camera_watch{};
   HistoryConfig history{};
   PredictionConfig prediction{};
   LogConfig log{};

@@ -369,6 +369,13 @@ void describe(Fields& fields, HistoryConfig& history) {
   fields.field("max_entries", history.max_entries, {.min = 1, .max = 10'000'000});
 }
 
+void describe(Fields& fields, WatchConfig& watch) {
+  fields.about(
+      "Whether each camera still hangs as it did: fixed features of the floor against their places.");
+  fields.field("enabled", watch.enabled, {.help = "false: cameras are not watched."});
+  describe(fields, watch.settings);
+}
+
 void describe(Fields& fields, PredictionConfig& prediction) {
   fields.field(
       "horizon_s", prediction.horizon_s,
@@ -399,6 +406,7 @@ void describe(Fields& fields, Config& config) {
   prototype.method = config.tracker.method;
   fields.list("robots", config.robots, prototype,
               {.max_items = 10000, .help = "With the simulator, empty: the scenario's."});
+  fields.field("camera_watch", config.camera_watch);
   fields.field("history", config.history);
   fields.field("prediction", config.prediction);
   fields.field("log", config.log);

@@ -85,6 +85,10 @@ void Pipeline::install(std::vector<NamedCamera> cameras) {
   bad_source_frames_ = 0;
   odometry_.clear();
   next_ = Snapshot{.sequence = next_.sequence, .source_error = {}, .robots = {}, .cameras = {}};
+  std::vector<std::string> ids;
+  for (const NamedCamera& camera : cameras) ids.push_back(camera.id);
+  watcher_ = options_.watch ? std::make_unique<CameraWatcher>(*options_.watch, std::move(ids), options_.log)
+                            : nullptr;
   for (NamedCamera& camera : cameras) {
     next_.cameras.push_back({.id = std::move(camera.id),
                              .model = std::make_shared<const CameraModel>(camera.model),
@@ -303,6 +307,10 @@ void Pipeline::process(const Frame& frame) {
   ++camera.frames;
   camera.captured = frame.captured;
   camera.image = frame.image;
+  if (watcher_) {
+    watcher_->offer(frame);
+    camera.hold = watcher_->report(frame.camera);
+  }
   next_.captured = std::max(next_.captured, frame.captured);
   next_.tracker_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();

@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "service/camera_watcher.hpp"
 #include "service/clock.hpp"
 #include "service/odometry_inbox.hpp"
 #include "service/snapshot.hpp"
@@ -40,6 +41,7 @@ struct PipelineOptions {
   Clock clock = system_now;
   double speed = 1.0;  ///< of a recorded source against real time, > 0; where the source has no speed itself
   std::function<void(const std::string&)> log = {};
+  std::optional<CameraWatchConfig> watch = {};  ///< none: cameras are not watched for having been moved
 };
 
 class Pipeline {
@@ -118,6 +120,7 @@ class Pipeline {
   // Of the tracking thread alone.
   Snapshot next_;
   std::vector<std::shared_ptr<const RobotSpec>> specs_;
+  std::unique_ptr<CameraWatcher> watcher_;
   std::vector<std::vector<Time>> recent_;  ///< capture times of the last second, per camera
 
   std::thread capture_thread_;

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "service/sources/feed_status.hpp"
+#include "tracker/camera_watch.hpp"
 #include "tracker/tracker.hpp"
 
 namespace skylight::service {
@@ -28,6 +30,7 @@ struct CameraSnapshot {
   Time captured{};                   ///< of the newest frame
   cv::Mat image;                     ///< the newest frame; never written to
   std::optional<FeedStatus> feed{};  ///< of a live camera; its unreadable and overtaken count above too
+  std::optional<CameraWatchReport> hold{};  ///< whether it still hangs as it did; none: it is not watched
 };
 
 struct Snapshot {

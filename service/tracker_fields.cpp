@@ -210,4 +210,22 @@ void describe(Fields& fields, SearchConfig& search) {
                {.min = 1, .max = 100, .help = "The same while no robot is tracked that this could hold up."});
 }
 
+void describe(Fields& fields, CameraWatchConfig& watch) {
+  fields.field("interval_s", watch.interval_s, {.min = 0, .max = 60, .unit = "s", .help = "Between looks."});
+  fields.field("learn_s", watch.learn_s,
+               {.min = 0, .max = 60, .unit = "s", .help = "Over which features of the floor have to stay."});
+  fields.field(
+      "settle_s", watch.settle_s,
+      {.min = 0, .max = 60, .unit = "s", .help = "So long looks must agree until they are believed."});
+  fields.field("features", watch.features,
+               {.min = 9, .max = 1024, .help = "At most, spread over the picture."});
+  fields.field("least_shift_px", watch.least_shift_px,
+               {.min = 0.1, .max = 1000, .unit = "px", .help = "Moved by less is not told."});
+  fields.field("least_match", watch.least_match,
+               {.min = 0.3, .max = 1, .help = "Correlation at which a feature is seen again."});
+  fields.field(
+      "least_share", watch.least_share,
+      {.min = 0.1, .max = 1, .help = "Of the features that have to agree, else the camera is blind."});
+}
+
 }  // namespace skylight

@@ -107,6 +107,15 @@ Json to_json(const FeedStatus& feed) {
           {"clock_offset_s", seconds(feed.clock_offset)}};
 }
 
+Json to_json(const CameraWatchReport& hold) {
+  const bool known = hold.hold != CameraHold::learning;
+  return {{"state", to_string(hold.hold)},
+          {"since", known ? Json(unix_seconds(hold.since)) : Json(nullptr)},
+          {"features", hold.features},
+          {"agree", hold.agree},
+          {"shift_px", number(hold.shift_px)}};
+}
+
 Json to_json(const CameraSnapshot& camera) {
   const Intrinsics& in = camera.model->intrinsics();
   const bool seen = camera.frames > 0;
@@ -126,7 +135,8 @@ Json to_json(const CameraSnapshot& camera) {
           {"dropped", camera.dropped},
           {"bad_frames", camera.bad_frames},
           {"frame_rate_hz", number(camera.frame_rate_hz)},
-          {"source", camera.feed ? to_json(*camera.feed) : Json(nullptr)}};
+          {"source", camera.feed ? to_json(*camera.feed) : Json(nullptr)},
+          {"hold", camera.hold ? to_json(*camera.hold) : Json(nullptr)}};
 }
 
 }  // namespace skylight::service

@@ -95,7 +95,9 @@ int serve(const ServeFlags& flags) {
   Assembly assembly = assemble(config);
   AppearanceStore appearances(assembly.appearances);
   const std::size_t robots = assembly.robots.size();
-  Pipeline pipeline(pipeline_parts(assembly), {.log = warn});
+  const WatchConfig& watch = config.camera_watch;
+  Pipeline pipeline(pipeline_parts(assembly),
+                    {.log = warn, .watch = watch.enabled ? std::optional(watch.settings) : std::nullopt});
   SimulatorDesk simulator(config, assembly.live, pipeline, appearances);
   const PostedCameras posted = assembly.posted;
   assembly = {};  // what runs belongs to the pipeline: another scenario takes its place

@@ -1,0 +1,53 @@
+// The watch over all cameras (tracker/camera_watch.hpp) on a thread of its own: a look takes some
+// milliseconds, and tracking waits for nobody.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tracker/camera_watch.hpp"
+
+namespace skylight::service {
+
+class CameraWatcher {
+ public:
+  /// `log` is called by the watcher's thread when a camera was moved, is seen to be back, or sees nothing any
+  /// more.
+  CameraWatcher(const CameraWatchConfig& config, std::vector<std::string> cameras,
+                std::function<void(const std::string&)> log);
+  ~CameraWatcher();
+  CameraWatcher(const CameraWatcher&) = delete;
+  CameraWatcher& operator=(const CameraWatcher&) = delete;
+
+  /// Never waits for a look: a frame that comes while one is under way takes the place of the one that waits.
+  /// Its image must not be written to any more.
+  void offer(const Frame& frame);
+
+  /// As of the newest look. Any thread.
+  CameraWatchReport report(std::size_t camera) const;
+
+ private:
+  struct Camera {
+    std::string id;
+    CameraWatch watch;
+    std::optional<Frame> waiting;
+    CameraWatchReport report;
+  };
+
+  void run();
+  void tell(const Camera& camera, CameraHold before, const CameraWatchReport& now) const;
+
+  std::function<void(const std::string&)> log_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  bool stopping_ = false;
+  std::vector<Camera> cameras_;  ///< `watch` belongs to the thread, the rest is under the lock
+  std::thread thread_;
+};
+
+}  // namespace skylight::service

@@ -1,0 +1,79 @@
+// The watcher's thread: it looks at what it is offered, tells of changes, and holds nobody up.
+#include "service/camera_watcher.hpp"
+
+#include <chrono>
+#include <future>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+namespace skylight::service::test {
+namespace {
+
+using testing::HasSubstr;
+
+cv::Mat speckled_floor() {
+  cv::Mat floor(480, 640, CV_8UC1);
+  cv::RNG noise(7);
+  noise.fill(floor, cv::RNG::UNIFORM, 0, 255);
+  cv::blur(floor, floor, {5, 5});
+  return floor;
+}
+
+cv::Mat shifted(const cv::Mat& image, int by_px) {
+  cv::Mat out = image.clone();
+  image(cv::Rect(0, 0, image.cols - by_px, image.rows))
+      .copyTo(out(cv::Rect(by_px, 0, image.cols - by_px, image.rows)));
+  return out;
+}
+
+/// Offers frames half a second apart until the watch says so; a look may take as long as it likes.
+class Offered {
+ public:
+  explicit Offered(std::function<void(const std::string&)> log)
+      : watcher({}, {"left", "right"}, std::move(log)) {}
+
+  CameraWatchReport until(CameraHold hold, std::size_t camera, const cv::Mat& image) {
+    for (int i = 0; i < 2000; ++i) {
+      Frame frame;
+      frame.camera = camera;
+      frame.captured = Time{from_seconds(1000.0 + 0.5 * ++offered_)};
+      frame.image = image;
+      watcher.offer(frame);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      if (watcher.report(camera).hold == hold) break;
+    }
+    return watcher.report(camera);
+  }
+
+  CameraWatcher watcher;
+
+ private:
+  int offered_ = 0;
+};
+
+TEST(CameraWatcher, TellsWhichCameraWasMovedAndByHowMuch) {
+  std::promise<std::string> told;
+  Offered offered([&](const std::string& line) { told.set_value(line); });
+  const cv::Mat floor = speckled_floor();
+  ASSERT_EQ(offered.until(CameraHold::steady, 0, floor).hold, CameraHold::steady);
+  ASSERT_EQ(offered.until(CameraHold::steady, 1, floor).hold, CameraHold::steady);
+  const CameraWatchReport moved = offered.until(CameraHold::moved, 1, shifted(floor, 6));
+  ASSERT_EQ(moved.hold, CameraHold::moved);
+  EXPECT_NEAR(moved.shift_px, 6.0, 0.1);
+  EXPECT_EQ(offered.watcher.report(0).hold, CameraHold::steady) << "the other one";
+  EXPECT_THAT(told.get_future().get(), HasSubstr("camera 'right' was moved: the floor is 6.0 px"));
+}
+
+TEST(CameraWatcher, EndsAtOnceAndIgnoresCamerasThatItDoesNotKnow) {
+  Offered offered({});
+  Frame stranger;
+  stranger.camera = 7;
+  stranger.image = speckled_floor();
+  offered.watcher.offer(stranger);
+  EXPECT_EQ(offered.watcher.report(0).hold, CameraHold::learning);
+}
+
+}  // namespace
+}  // namespace skylight::service::test
