@@ -136,6 +136,9 @@ class Robots(Case):
     def test_every_setting_takes_the_ends_of_its_range_and_nothing_beyond(self):
         self.add_copy()
         for path, schema, beside in leaves(self.contract, {"$ref": "#/components/schemas/RobotChange"}):
+            if path[0] == "tag" and path[-1] != "family":  # the one with the most tags
+                beside = {**beside, "family": "Standard41h12"}
+
             def body_with(value):
                 return nested(path[:1], {**beside, **nested(path[1:], value)} if len(path) > 1 else value)
 
