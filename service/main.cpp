@@ -36,8 +36,7 @@ int main(int argc, char** argv) {
   for (CLI::App* command : app.get_subcommands({})) command->set_version_flag("--version", version);
   try {
     app.parse(argc, argv);
-    if (!run)
-      throw UsageError("a command is needed: serve, track, simulate or evaluate; see skylight --help");
+    if (!run) throw UsageError("a command is needed; see skylight --help for what there is");
     return run();
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
