@@ -114,7 +114,7 @@ TEST_F(TagSheetsFile, HaveABarOf100MillimetresAndMarksOutsideTheRim) {
   EXPECT_NEAR(longest, 100.0 * kPxPerMm, 3.0);
   // Between the rim and the tag nothing is printed, beyond the rim the marks are.
   const auto [x, y] = place_of(sheets, where, 0);
-  const auto dark_beside = [&](double from_mm, double to_mm) {
+  const auto dark_beside = [&, x = x, y = y](double from_mm, double to_mm) {
     const cv::Rect strip(static_cast<int>((x + from_mm) * kPxPerMm), static_cast<int>((y - 1) * kPxPerMm),
                          static_cast<int>((to_mm - from_mm) * kPxPerMm), static_cast<int>(2 * kPxPerMm));
     double least = 255.0;
