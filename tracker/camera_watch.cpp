@@ -8,6 +8,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "tracker/grey.hpp"
+
 namespace skylight {
 namespace {
 
@@ -19,13 +21,6 @@ constexpr double kStays = 0.5;          // px: further than this between looks i
 constexpr double kAgrees = 1.0;         // px from the fit ...
 constexpr double kUnlike = 0.2;         // ... and this share of the whole picture's shift
 constexpr double kLeastContrast = 4.0;  // grey levels, standard deviation
-
-cv::Mat grey_of(const cv::Mat& image) {
-  if (image.channels() == 1) return image;
-  cv::Mat grey;
-  cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  return grey;
-}
 
 cv::Mat small_of(const cv::Mat& grey) {
   const double scale = static_cast<double>(kSmall) / std::max(grey.cols, grey.rows);

@@ -9,6 +9,7 @@
 
 #include "service/calibration/board.hpp"
 #include "service/calibration/dictionaries.hpp"
+#include "tracker/grey.hpp"
 
 namespace skylight::calibration {
 namespace {
@@ -24,13 +25,6 @@ constexpr int kFewestColumns = 4;
 constexpr double kMisplaced = 0.25;
 
 using Corners = std::vector<cv::Point2f>;
-
-cv::Mat grey_of(const cv::Mat& image) {
-  if (image.channels() == 1) return image;
-  cv::Mat grey;
-  cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  return grey;
-}
 
 /// A grid of corners, row by row.
 class Grid {

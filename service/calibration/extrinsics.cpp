@@ -8,6 +8,7 @@
 
 #include "service/calibration/floor_fit.hpp"
 #include "service/calibration/floor_start.hpp"
+#include "service/calibration/median.hpp"
 #include "service/calibration/text.hpp"
 
 namespace skylight::calibration {
@@ -34,13 +35,6 @@ constexpr double kFarFloor = 4.0;
 constexpr double kPoorRms = 2.0;
 constexpr double kPoorFloor = 0.005;
 constexpr double kPoorHeight = 0.03;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The fit as it goes on.
 struct Work {

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "service/calibration/lens_fit.hpp"
+#include "service/calibration/median.hpp"
 #include "service/calibration/text.hpp"
 
 namespace skylight::calibration {
@@ -30,13 +31,6 @@ constexpr double kUnknownFocal = 0.1;
 constexpr double kPoorFocal = 0.005;
 /// Reprojection error of a board that is not as described, px.
 constexpr double kContradiction = 3.0;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// A fit and which views and corners it goes by.
 struct Candidate {

@@ -1,4 +1,6 @@
+#include <chrono>
 #include <cstdio>
+#include <ctime>
 
 #include <unistd.h>
 
@@ -78,6 +80,7 @@ void make_folder(const ReproduceFlags& flags) {
 }
 
 int run_reproduce(const ReproduceFlags& flags) {
+  const auto begin = std::chrono::steady_clock::now();
   make_folder(flags);
   reproduce::Plan plan = flags.quick ? reproduce::quick_plan() : reproduce::full_plan(flags.seeds);
   plan.mrclam = mrclam_folder(flags);
@@ -94,6 +97,11 @@ int run_reproduce(const ReproduceFlags& flags) {
       reproduce::document(gathered, {{"Command", command}, {"Version", SKYLIGHT_VERSION}});
   report::write(document, flags.out);
   print_summary(document);
+  const double minutes =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() / 60.0;
+  // Beside other work the clock tells little: the processor's time, shared by the cores, is what it takes.
+  std::printf("took %.1f minutes by the clock, %.1f of processor time\n", minutes,
+              static_cast<double>(std::clock()) / CLOCKS_PER_SEC / 60.0);
   std::printf("report: %s\n", (fs::path(flags.out) / "report.html").string().c_str());
   return 0;
 }

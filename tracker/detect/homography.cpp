@@ -9,6 +9,8 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "tracker/grey.hpp"
+
 namespace skylight {
 namespace {
 
@@ -16,13 +18,6 @@ struct Correspondences {
   std::vector<cv::Point2f> object;
   std::vector<cv::Point2f> scene;
 };
-
-cv::Mat to_grey(const cv::Mat& image) {
-  if (image.channels() == 1) return image;
-  cv::Mat grey;
-  cv::cvtColor(image, grey, image.channels() == 4 ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
-  return grey;
-}
 
 Correspondences correspondences(const HomographyFeatures& object, const HomographyFeatures& scene,
                                 const HomographyConfig& config) {
@@ -111,7 +106,7 @@ std::string check(const HomographyConfig& config) {
 HomographyFeatures extract_homography_features(const cv::Mat& image, int features) {
   HomographyFeatures out;
   std::vector<cv::KeyPoint> points;
-  cv::ORB::create(features)->detectAndCompute(to_grey(image), cv::noArray(), points, out.descriptors);
+  cv::ORB::create(features)->detectAndCompute(grey_of(image), cv::noArray(), points, out.descriptors);
   cv::KeyPoint::convert(points, out.places_px);
   return out;
 }
@@ -123,7 +118,7 @@ HomographyDetector::HomographyDetector(std::shared_ptr<const Appearance> appeara
   const cv::Mat& picture = appearance_->picture().image;
   const double scale = static_cast<double>(config.picture_px) / std::max(picture.cols, picture.rows);
   cv::Mat image;
-  cv::resize(to_grey(picture), image, {}, scale, scale, scale < 1 ? cv::INTER_AREA : cv::INTER_CUBIC);
+  cv::resize(grey_of(picture), image, {}, scale, scale, scale < 1 ? cv::INTER_AREA : cv::INTER_CUBIC);
   const int m = config.margin_px;
   cv::copyMakeBorder(image, image, m, m, m, m, cv::BORDER_CONSTANT, cv::mean(image));
   object_size_ = image.size();

@@ -7,6 +7,8 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "tracker/grey.hpp"
+
 namespace skylight {
 namespace {
 
@@ -19,13 +21,6 @@ constexpr int kEdge = 31;
 cv::Ptr<cv::ORB> make_orb(int features) {
   return cv::ORB::create(features, 1.2F, kPyramidLevels, kEdge, 0, 2, cv::ORB::HARRIS_SCORE, 31,
                          kFastThreshold);
-}
-
-cv::Mat grey_of(const cv::Mat& image) {
-  cv::Mat grey = image;
-  if (image.channels() == 3) cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  if (image.channels() == 4) cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
-  return grey;
 }
 
 struct Match {
