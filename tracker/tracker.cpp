@@ -219,6 +219,14 @@ const std::vector<CameraModel>& Tracker::cameras() const {
   return impl_->cameras;
 }
 
+void Tracker::recalibrate(std::size_t camera, const CameraModel& model,
+                          const CameraUncertainty& uncertainty) {
+  check_recalibration(impl_->cameras, camera, model, uncertainty);
+  impl_->cameras[camera] = model;
+  impl_->config.calibration.resize(impl_->cameras.size());
+  impl_->config.calibration[camera] = uncertainty;
+}
+
 void Tracker::add(const RobotSpec& spec) {
   check_spec(spec);
   if (impl_->find(spec.id) != nullptr)

@@ -109,6 +109,11 @@ class Tracker {
 
   const std::vector<CameraModel>& cameras() const;
 
+  /// A camera hangs elsewhere, or is known better or worse: from the next frame on. What is known of the
+  /// robots stays. Throws std::invalid_argument for a camera that is not there, another picture size, or an
+  /// uncertainty that is none; nothing has changed then.
+  void recalibrate(std::size_t camera, const CameraModel& model, const CameraUncertainty& uncertainty);
+
   /// Throws std::invalid_argument: no id, no appearance, an id or a tag that is taken, settings out of range.
   void add(const RobotSpec& spec);
   /// Replaces a robot's settings; its history stays, and so does its filter's state where the filter's

@@ -42,6 +42,23 @@ void check_calibration(const std::vector<CameraUncertainty>& calibration, std::s
   }
 }
 
+void check_recalibration(const std::vector<CameraModel>& cameras, std::size_t camera,
+                         const CameraModel& model, const CameraUncertainty& uncertainty) {
+  if (camera >= cameras.size()) {
+    throw std::invalid_argument("there is no camera " + std::to_string(camera) + ", allowed 0 to " +
+                                std::to_string(cameras.size() - 1));
+  }
+  const Intrinsics& before = cameras[camera].intrinsics();
+  const Intrinsics& after = model.intrinsics();
+  if (before.width_px != after.width_px || before.height_px != after.height_px) {
+    throw std::invalid_argument("the camera's picture is " + std::to_string(before.width_px) + " x " +
+                                std::to_string(before.height_px) + " px, its new calibration is for " +
+                                std::to_string(after.width_px) + " x " + std::to_string(after.height_px));
+  }
+  if (const std::string wrong = check(uncertainty); !wrong.empty())
+    throw std::invalid_argument("uncertainty: " + wrong);
+}
+
 void check_config(const TrackerConfig& config) {
   if (config.search.tile_px < 64 || config.search.tile_px > 4096) {
     throw std::invalid_argument("search.tile_px is " + std::to_string(config.search.tile_px) +

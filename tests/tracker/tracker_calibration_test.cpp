@@ -69,5 +69,48 @@ TEST(TrackerCalibration, ForAnotherNumberOfCamerasOrThatIsNoCovarianceIsRefused)
   EXPECT_THAT(tracker({none}), ThrowsMessage<std::invalid_argument>(HasSubstr("calibration[0]: a camera's")));
 }
 
+TEST(TrackerCalibration, ThatIsReplacedHoldsFromTheNextFrameOnAndTheTrackCarriesOn) {
+  test::FlatScene scene;
+  scene.pictures = {{.image = test::corner_picture(51), .pose = {0.4, -0.3, 0.7}}};
+  Tracker tracker = tracker_of(scene, {});
+  Frame frame = scene.render();
+  const auto run = [&](int from, int to) {
+    RobotReport report;
+    for (int i = from; i < to; ++i) {
+      frame.captured = Time{} + from_seconds(1000.0 + i / 30.0);
+      report = tracker.process(frame).at(0);
+    }
+    return report;
+  };
+  const RobotReport before = run(0, 10);
+  ASSERT_TRUE(before.filtered);
+  // The camera was put up 4 mm further along x than had been thought, and that is known to 1 mm.
+  CameraParameters by = CameraParameters::Zero();
+  by[kCameraPosition] = 0.004;
+  const CameraUncertainty told = camera_uncertainty({.position_m = 0.001});
+  tracker.recalibrate(0, moved(scene.camera(), by), told);
+  const RobotReport after = run(10, 40);
+  ASSERT_TRUE(after.measured && after.filtered);
+  EXPECT_EQ(after.state, TrackState::tracking);
+  EXPECT_NEAR(after.measured->pose.x - before.measured->pose.x, 0.004, 1e-4);
+  EXPECT_NEAR(after.filtered->pose.x - before.filtered->pose.x, 0.004, 2e-4);
+  EXPECT_NEAR(after.measured->correlated(0, 0), 1e-6, 2e-7);
+}
+
+TEST(TrackerCalibration, ThatIsReplacedByWhatFitsNoCameraIsRefusedAndNothingChanges) {
+  const test::FlatScene scene;
+  Tracker tracker({scene.camera()});
+  EXPECT_THAT([&] { tracker.recalibrate(1, scene.camera(), {}); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("there is no camera 1, allowed 0 to 0")));
+  Intrinsics other = scene.camera().intrinsics();
+  other.width_px += 2;
+  EXPECT_THAT([&] { tracker.recalibrate(0, CameraModel(other, scene.camera().map_from_camera()), {}); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("its new calibration is for")));
+  CameraUncertainty none;
+  none.covariance(3, 3) = -1.0;
+  EXPECT_THAT([&] { tracker.recalibrate(0, scene.camera(), none); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("uncertainty: ")));
+}
+
 }  // namespace
 }  // namespace skylight
