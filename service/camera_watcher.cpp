@@ -1,14 +1,11 @@
 #include "service/camera_watcher.hpp"
 
-#include <cstdio>
 #include <utility>
 
 namespace skylight::service {
 
-CameraWatcher::CameraWatcher(const CameraWatchConfig& config, std::vector<std::string> cameras,
-                             std::function<void(const std::string&)> log)
-    : log_(std::move(log)) {
-  for (std::string& id : cameras) cameras_.push_back({std::move(id), CameraWatch(config), {}, {}});
+CameraWatcher::CameraWatcher(const CameraWatchConfig& config, std::size_t cameras) {
+  for (std::size_t i = 0; i < cameras; ++i) cameras_.push_back({CameraWatch(config), {}, {}});
   thread_ = std::thread([this] { run(); });
 }
 
@@ -43,27 +40,12 @@ void CameraWatcher::run() {
       if (!camera.waiting || stopping_) continue;
       const Frame frame = *std::exchange(camera.waiting, std::nullopt);
       lock.unlock();
-      const CameraHold before = camera.watch.report().hold;
       const CameraWatchReport now = camera.watch.look(frame);
-      if (log_ && now.hold != before) tell(camera, before, now);
       lock.lock();
       camera.report = now;
       looked = true;
     }
     if (!looked && !stopping_) wake_.wait(lock);
-  }
-}
-
-void CameraWatcher::tell(const Camera& camera, CameraHold before, const CameraWatchReport& now) const {
-  const std::string name = "camera '" + camera.id + "' ";
-  if (now.hold == CameraHold::moved) {
-    char shift[32];
-    std::snprintf(shift, sizeof shift, "%.1f", now.shift_px);
-    log_(name + "was moved: the floor is " + shift + " px from where it was; calibrate it again");
-  } else if (now.hold == CameraHold::blind) {
-    log_(name + "sees too little of the floor to tell whether it was moved");
-  } else if (before != CameraHold::learning) {
-    log_(name + "sees the floor where it was");
   }
 }
 

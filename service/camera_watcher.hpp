@@ -3,10 +3,8 @@
 #pragma once
 
 #include <condition_variable>
-#include <functional>
 #include <mutex>
 #include <optional>
-#include <string>
 #include <thread>
 #include <vector>
 
@@ -16,10 +14,7 @@ namespace skylight::service {
 
 class CameraWatcher {
  public:
-  /// `log` is called by the watcher's thread when a camera was moved, is seen to be back, or sees nothing any
-  /// more.
-  CameraWatcher(const CameraWatchConfig& config, std::vector<std::string> cameras,
-                std::function<void(const std::string&)> log);
+  CameraWatcher(const CameraWatchConfig& config, std::size_t cameras);
   ~CameraWatcher();
   CameraWatcher(const CameraWatcher&) = delete;
   CameraWatcher& operator=(const CameraWatcher&) = delete;
@@ -33,16 +28,13 @@ class CameraWatcher {
 
  private:
   struct Camera {
-    std::string id;
     CameraWatch watch;
     std::optional<Frame> waiting;
     CameraWatchReport report;
   };
 
   void run();
-  void tell(const Camera& camera, CameraHold before, const CameraWatchReport& now) const;
 
-  std::function<void(const std::string&)> log_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool stopping_ = false;

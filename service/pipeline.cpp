@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "service/event_kinds.hpp"
+
 namespace skylight::service {
 namespace {
 
@@ -66,6 +68,7 @@ const CameraSnapshot* Snapshot::camera(std::string_view id) const {
 
 Pipeline::Pipeline(PipelineParts parts, PipelineOptions options)
     : options_(std::move(options)), source_(std::move(parts.source)), tracker_(std::move(parts.tracker)) {
+  if (!options_.events) options_.events = std::make_shared<EventLog>(options_.clock);
   install(std::move(parts.cameras));
 }
 
@@ -85,10 +88,7 @@ void Pipeline::install(std::vector<NamedCamera> cameras) {
   bad_source_frames_ = 0;
   odometry_.clear();
   next_ = Snapshot{.sequence = next_.sequence, .source_error = {}, .robots = {}, .cameras = {}};
-  std::vector<std::string> ids;
-  for (const NamedCamera& camera : cameras) ids.push_back(camera.id);
-  watcher_ = options_.watch ? std::make_unique<CameraWatcher>(*options_.watch, std::move(ids), options_.log)
-                            : nullptr;
+  watcher_ = options_.watch ? std::make_unique<CameraWatcher>(*options_.watch, cameras.size()) : nullptr;
   for (NamedCamera& camera : cameras) {
     next_.cameras.push_back({.id = std::move(camera.id),
                              .model = std::make_shared<const CameraModel>(camera.model),
@@ -173,7 +173,7 @@ void Pipeline::set_source(SourceState state, const std::string& error) {
     source_error_ = error;
   }
   wake_.notify_all();
-  if (!error.empty() && options_.log) options_.log("source: " + error);
+  events().add(source_event(state, error));
 }
 
 void Pipeline::capture() {
@@ -280,9 +280,7 @@ void Pipeline::take_feeds() {
     camera.dropped += feed.overtaken;
     camera.bad_frames += feed.unreadable - (camera.feed ? camera.feed->unreadable : 0);
     const bool other = !camera.feed || camera.feed->state != feed.state || camera.feed->reason != feed.reason;
-    if (other && options_.log)
-      options_.log("camera " + camera.id + " is " + std::string(to_string(feed.state)) +
-                   (feed.reason.empty() ? "" : ": " + feed.reason));
+    if (other) events().add(feed_event(camera.id, feed));
     camera.feed = std::move(feed);
   }
 }
@@ -309,7 +307,7 @@ void Pipeline::process(const Frame& frame) {
   camera.image = frame.image;
   if (watcher_) {
     watcher_->offer(frame);
-    camera.hold = watcher_->report(frame.camera);
+    take_hold(frame.camera);
   }
   next_.captured = std::max(next_.captured, frame.captured);
   next_.tracker_ms =
@@ -317,18 +315,29 @@ void Pipeline::process(const Frame& frame) {
   next_.processed = now();
 }
 
+void Pipeline::take_hold(std::size_t camera) {
+  CameraSnapshot& shown = next_.cameras[camera];
+  const CameraHold before = shown.hold ? shown.hold->hold : CameraHold::learning;
+  shown.hold = watcher_->report(camera);
+  if (shown.hold->hold != before) {
+    if (auto event = hold_event(shown, before)) events().add(std::move(*event));
+  }
+}
+
 // Every change is answered after it shows: whoever added a robot finds it.
 void Pipeline::run_changes(std::vector<Change>& changes) {
   std::vector<std::exception_ptr> failures;
   for (const Change& change : changes) {
+    const auto before = specs_;
     try {
       (*change.run)(tracker_);
       failures.emplace_back();
     } catch (...) {
       failures.push_back(std::current_exception());
     }
+    take_specs();
+    for (Event& event : robot_events(before, specs_)) events().add(std::move(event));
   }
-  take_specs();
   publish();
   for (std::size_t i = 0; i < changes.size(); ++i) {
     failures[i] ? changes[i].done.set_exception(failures[i]) : changes[i].done.set_value();

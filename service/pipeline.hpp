@@ -19,6 +19,7 @@
 
 #include "service/camera_watcher.hpp"
 #include "service/clock.hpp"
+#include "service/event_log.hpp"
 #include "service/odometry_inbox.hpp"
 #include "service/snapshot.hpp"
 #include "service/sources/source.hpp"
@@ -40,8 +41,9 @@ struct PipelineParts {
 struct PipelineOptions {
   Clock clock = system_now;
   double speed = 1.0;  ///< of a recorded source against real time, > 0; where the source has no speed itself
-  std::function<void(const std::string&)> log = {};
-  std::optional<CameraWatchConfig> watch = {};  ///< none: cameras are not watched for having been moved
+  std::function<void(const std::string&)> log = {};  ///< of what is no event
+  std::shared_ptr<EventLog> events = {};             ///< where events go; none: to one of its own
+  std::optional<CameraWatchConfig> watch = {};       ///< none: cameras are not watched for having been moved
 };
 
 class Pipeline {
@@ -60,6 +62,7 @@ class Pipeline {
 
   std::shared_ptr<const Snapshot> snapshot() const;
   Time now() const { return options_.clock(); }
+  EventLog& events() const { return *options_.events; }
 
   /// Runs `change` on the tracking thread between two frames and returns when it is done and shows in the
   /// snapshot; rethrows what it throws. Throws std::runtime_error when the pipeline is stopped. Before
@@ -90,6 +93,7 @@ class Pipeline {
   bool wait_until(Time due);
   void hand_on(Frame frame);
   void take_feeds();
+  void take_hold(std::size_t camera);
   void set_source(SourceState state, const std::string& error);
 
   PipelineOptions options_;

@@ -61,8 +61,14 @@ void SimulatorDesk::begin(const Config& config) {
   PipelineParts parts = pipeline_parts(assembly);
   pipeline_.restart(std::move(parts));
   appearances_.replace(assembly.appearances);
-  const std::lock_guard lock(mutex_);
-  running_ = {next, public_name(config, next)};
+  const std::string name = public_name(config, next);
+  {
+    const std::lock_guard lock(mutex_);
+    running_ = {next, name};
+  }
+  pipeline_.events().add({.kind = "simulator.scenario",
+                          .message = "the simulator shows " + name + " from its beginning",
+                          .data = {{"scenario", name}, {"seed", next->shows().seed()}}});
 }
 
 }  // namespace skylight::service

@@ -139,4 +139,12 @@ Json to_json(const CameraSnapshot& camera) {
           {"hold", camera.hold ? to_json(*camera.hold) : Json(nullptr)}};
 }
 
+Json to_json(const Event& event) {
+  const auto id = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
+  return {{"sequence", event.sequence}, {"time", unix_seconds(event.at)},
+          {"kind", event.kind},         {"severity", to_string(event.severity)},
+          {"camera", id(event.camera)}, {"robot", id(event.robot)},
+          {"message", event.message},   {"data", event.data}};
+}
+
 }  // namespace skylight::service

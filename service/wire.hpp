@@ -3,14 +3,11 @@
 
 #include <string>
 
-#include <nlohmann/json.hpp>
-
+#include "service/event_log.hpp"
+#include "service/json.hpp"
 #include "service/pose_query.hpp"
 
 namespace skylight::service {
-
-/// Keys stay in the order in which they are written: people read this.
-using Json = nlohmann::ordered_json;
 
 std::string_view to_string(SourceState state);
 
@@ -19,6 +16,7 @@ Json to_json(const PoseAnswer& answer, Time now);
 Json to_json(const RobotSnapshot& robot, const PoseAnswer& now);
 Json to_json(const FeedStatus& feed);
 Json to_json(const CameraSnapshot& camera);
+Json to_json(const Event& event);
 /// {position_m, quaternion_xyzw}
 Json to_json(const Eigen::Isometry3d& pose);
 

@@ -40,6 +40,18 @@ std::shared_ptr<spdlog::logger> make_logger(LogLevel level) {
   return logger;
 }
 
+spdlog::level::level_enum level_of(const Event& event) {
+  switch (event.severity) {
+    case Severity::info:
+      return spdlog::level::info;
+    case Severity::warning:
+      return spdlog::level::warn;
+    case Severity::error:
+      break;
+  }
+  return spdlog::level::err;
+}
+
 std::vector<http::StaticFile> page_files() {
   struct Served {
     const char* path;
@@ -96,8 +108,11 @@ int serve(const ServeFlags& flags) {
   AppearanceStore appearances(assembly.appearances);
   const std::size_t robots = assembly.robots.size();
   const WatchConfig& watch = config.camera_watch;
-  Pipeline pipeline(pipeline_parts(assembly),
-                    {.log = warn, .watch = watch.enabled ? std::optional(watch.settings) : std::nullopt});
+  const auto events = std::make_shared<EventLog>();
+  events->listen([logger](const Event& event) { logger->log(level_of(event), "{}", to_line(event)); });
+  Pipeline pipeline(
+      pipeline_parts(assembly),
+      {.log = warn, .events = events, .watch = watch.enabled ? std::optional(watch.settings) : std::nullopt});
   SimulatorDesk simulator(config, assembly.live, pipeline, appearances);
   const PostedCameras posted = assembly.posted;
   assembly = {};  // what runs belongs to the pipeline: another scenario takes its place
@@ -114,6 +129,7 @@ int serve(const ServeFlags& flags) {
   add_appearance_routes(router, context);
   add_camera_routes(router, context);
   add_frame_routes(router, context);
+  add_event_routes(router, context);
   add_odometry_routes(router, context);
   add_simulator_routes(router, context);
   if (flags.print_routes) return print_routes(router);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <regex>
 
 namespace skylight::service {
 namespace {
@@ -65,6 +66,24 @@ std::optional<double> query_number(const http::Request& request, const std::stri
   return value;
 }
 
+std::optional<std::int64_t> query_whole(const http::Request& request, const std::string& name,
+                                        std::int64_t min, std::int64_t max) {
+  const auto value = query_number(request, name);
+  if (!value) return std::nullopt;
+  if (*value != std::floor(*value) || *value < static_cast<double>(min) || *value > static_cast<double>(max))
+    refuse_parameter(name, *request.query_value(name),
+                     "a whole number from " + std::to_string(min) + " to " + std::to_string(max));
+  return static_cast<std::int64_t>(*value);
+}
+
+std::optional<std::string> query_text(const http::Request& request, const std::string& name,
+                                      const std::string& pattern, const std::string& allowed) {
+  const std::string* text = request.query_value(name);
+  if (text == nullptr) return std::nullopt;
+  if (!std::regex_match(*text, std::regex(pattern))) refuse_parameter(name, *text, allowed);
+  return *text;
+}
+
 std::optional<Time> query_time(const http::Request& request, const std::string& name) {
   const std::string* text = request.query_value(name);
   if (text == nullptr) return std::nullopt;
@@ -112,17 +131,8 @@ const RobotSnapshot& robot_of(const http::Request& request, const Snapshot& snap
 }
 
 Json page_of(const http::Request& request, const std::vector<Json>& items) {
-  const auto whole = [&](const std::string& name, double min, double max, double otherwise) {
-    const double value = query_number(request, name).value_or(otherwise);
-    if (value != std::floor(value) || value < min || value > max) {
-      refuse_parameter(name, *request.query_value(name),
-                       "a whole number from " + std::to_string(static_cast<long long>(min)) + " to " +
-                           std::to_string(static_cast<long long>(max)));
-    }
-    return static_cast<std::size_t>(value);
-  };
-  const std::size_t limit = whole("limit", 1, 1000, 100);
-  const std::size_t offset = whole("offset", 0, 1e9, 0);
+  const auto limit = static_cast<std::size_t>(query_whole(request, "limit", 1, 1000).value_or(100));
+  const auto offset = static_cast<std::size_t>(query_whole(request, "offset", 0, 1'000'000'000).value_or(0));
   Json page = Json::array();
   for (std::size_t i = offset; i < std::min(items.size(), offset + limit); ++i) page.push_back(items[i]);
   return {{"items", std::move(page)}, {"total", items.size()}, {"limit", limit}, {"offset", offset}};

@@ -52,6 +52,7 @@ void add_pose_routes(http::Router& router, const RouteContext& context);
 void add_appearance_routes(http::Router& router, const RouteContext& context);
 void add_camera_routes(http::Router& router, const RouteContext& context);
 void add_frame_routes(http::Router& router, const RouteContext& context);
+void add_event_routes(http::Router& router, const RouteContext& context);
 void add_odometry_routes(http::Router& router, const RouteContext& context);
 void add_simulator_routes(http::Router& router, const RouteContext& context);
 
@@ -62,6 +63,13 @@ http::Reply json_reply(const Json& body, int status = 200);
 
 /// A finite number from the query; none where the parameter is absent.
 std::optional<double> query_number(const http::Request& request, const std::string& name);
+/// A whole number from `min` to `max`; none where the parameter is absent.
+std::optional<std::int64_t> query_whole(const http::Request& request, const std::string& name,
+                                        std::int64_t min, std::int64_t max);
+/// A text that is wholly of `pattern` (a regular expression; `allowed` says it in words); none where the
+/// parameter is absent.
+std::optional<std::string> query_text(const http::Request& request, const std::string& name,
+                                      const std::string& pattern, const std::string& allowed);
 /// Unix seconds, within the years 1970 to 2200.
 std::optional<Time> query_time(const http::Request& request, const std::string& name);
 /// The same, or `now`.

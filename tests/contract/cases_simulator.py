@@ -39,6 +39,8 @@ class Simulator(Case):
         loaded = self.call("loadScenario", 200, body={"scenario": "straight"}).json()
         self.assertEqual((loaded["scenario"], loaded["state"]), ("straight", "running"))
         self.assertEqual(self.get("listCameras")["total"], len(loaded["cameras"]))
+        told = self.get("listEvents", query={"kind": "simulator.scenario", "limit": 1})["items"][0]
+        self.assertEqual(told["data"]["scenario"], "straight")
         self.problem("loadScenario", 422, "atlantis", body={"scenario": "atlantis"})
         self.problem("loadScenario", 422, "..", body={"scenario": "../scenarios/circle"})
         self.assertEqual(self.get("getSimulator")["scenario"], "straight", "the one before runs on")
@@ -88,10 +90,10 @@ class Simulator(Case):
         self.call("actInSimulator", 202, body={"do": "light", "level": 0.7})
         taken = self.call("actInSimulator", 202, body={"do": "kidnap", "robot": robot, "away_s": 0,
                                                        "to": {"x_m": 0.5, "y_m": 0.4, "yaw_deg": 10}}).json()
-        events = wait_for(lambda: self.get("listEvents"), lambda page: page["total"] >= 2, 30)
+        events = wait_for(lambda: self.get("listSimulatorEvents"), lambda page: page["total"] >= 2, 30)
         self.assertEqual([event["action"]["do"] for event in events["items"]][-2:], ["light", "kidnap"])
         self.assertGreaterEqual(events["items"][-1]["time"], taken["time"] - 0.1)
-        later = self.get("listEvents", query={"since": events["items"][-1]["time"]})
+        later = self.get("listSimulatorEvents", query={"since": events["items"][-1]["time"]})
         self.assertEqual(later["total"], 0)
         self.problem("actInSimulator", 422, "nobody", body={"do": "power", "robot": "nobody", "on": False})
         self.problem("actInSimulator", 422, "level", body={"do": "light", "level": -1})

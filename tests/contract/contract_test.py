@@ -8,6 +8,7 @@ import unittest
 import fixture
 from cases_description import Description
 from cases_ended import Ended
+from cases_events import Events
 from cases_live import Live
 from cases_odometry import Odometry
 from cases_poses import Poses
@@ -16,7 +17,7 @@ from cases_robots import Appearances, Cameras, Robots
 from cases_simulator import Simulator
 from cases_together import Health, Together
 
-CASES = (Description, Refusals, Poses, Odometry, Robots, Appearances, Cameras, Health, Together, Simulator, Live, Ended)
+CASES = (Description, Refusals, Poses, Events, Odometry, Robots, Appearances, Cameras, Health, Together, Simulator, Live, Ended)
 
 
 def suite(names):

@@ -33,14 +33,11 @@ struct LiveRoom {
     }
     Tracker tracker(models);
     tracker.add(robot_of(scene));
-    pipeline = std::make_unique<Pipeline>(
-        PipelineParts{.source = std::make_shared<LiveCameras>(std::move(cameras)),
-                      .cameras = named,
-                      .tracker = std::move(tracker)},
-        PipelineOptions{.clock = clock.function(), .log = [this](const std::string& line) {
-                          const std::lock_guard lock(log_mutex);
-                          log += line + "\n";
-                        }});
+    pipeline =
+        std::make_unique<Pipeline>(PipelineParts{.source = std::make_shared<LiveCameras>(std::move(cameras)),
+                                                 .cameras = named,
+                                                 .tracker = std::move(tracker)},
+                                   PipelineOptions{.clock = clock.function(), .log = {}});
     pipeline->start();
   }
   ~LiveRoom() { pipeline->stop(); }
@@ -68,8 +65,6 @@ struct LiveRoom {
   FakeClock clock;
   PostedCameras posted;
   int shots = 0;
-  std::mutex log_mutex;
-  std::string log;
   std::unique_ptr<Pipeline> pipeline;
 };
 

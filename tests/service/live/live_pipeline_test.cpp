@@ -77,14 +77,17 @@ TEST(LivePipeline, StopDoesNotWaitForCamerasThatAreSilent) {
   EXPECT_THROW(room.pipeline->change([](Tracker&) {}), std::runtime_error);
 }
 
-TEST(LivePipeline, ANewStateIsLoggedWithItsCamera) {
+TEST(LivePipeline, ANewStateIsAnEventThatNamesItsCamera) {
   LiveRoom room;
   room.posted["east"]->post(cv::Mat(10, 10, CV_8UC1, cv::Scalar(3)), kStart, kStart);
   const auto snapshot = room.wait_for(
       [](const Snapshot& s) { return s.cameras[0].feed && s.cameras[0].feed->state == FeedState::failed; });
   ASSERT_TRUE(snapshot);
-  const std::lock_guard lock(room.log_mutex);
-  EXPECT_THAT(room.log, HasSubstr("camera east is failed: "));
+  const EventPage page = room.pipeline->events().read({.kind = "camera.state", .camera = "east"});
+  ASSERT_FALSE(page.items.empty());
+  EXPECT_THAT(page.items.back()->message, HasSubstr("camera east is failed: "));
+  EXPECT_EQ(page.items.back()->severity, Severity::warning);
+  EXPECT_EQ(page.items.back()->data["state"], "failed");
 }
 
 }  // namespace
