@@ -7,38 +7,51 @@ namespace skylight {
 
 void MotionPrior::observe(const Observation& observation) {
   constexpr double kNew = 0.5;  // share of the newest difference: noise against quick turns
-  const double dt = last_ ? to_seconds(observation.captured - last_time_) : 0.0;
-  if (last_ && dt > 0.0 && observation.captured - last_time_ <= config_.keep) {
-    const Velocity2 now{(observation.pose.x - last_->x) / dt, (observation.pose.y - last_->y) / dt,
-                        wrap_angle(observation.pose.yaw - last_->yaw) / dt};
-    if (std::hypot(now.x, now.y) <= config_.max_speed && std::abs(now.yaw_rate) <= config_.max_yaw_rate) {
-      velocity_.x += kNew * (now.x - velocity_.x);
-      velocity_.y += kNew * (now.y - velocity_.y);
-      velocity_.yaw_rate += kNew * (now.yaw_rate - velocity_.yaw_rate);
-    } else {
-      velocity_ = {};
+  Seen now{.camera = observation.camera, .pose = observation.pose, .at = observation.captured};
+  const auto before =
+      std::find_if(seen_.begin(), seen_.end(), [&](const Seen& each) { return each.camera == now.camera; });
+  if (before != seen_.end()) {
+    const double dt = to_seconds(now.at - before->at);
+    if (dt > 0.0 && now.at - before->at <= config_.keep) {
+      const Velocity2 moved{(now.pose.x - before->pose.x) / dt, (now.pose.y - before->pose.y) / dt,
+                            wrap_angle(now.pose.yaw - before->pose.yaw) / dt};
+      const Velocity2 was = before->velocity.value_or(Velocity2{});
+      now.velocity = Velocity2{};
+      if (std::hypot(moved.x, moved.y) <= config_.max_speed &&
+          std::abs(moved.yaw_rate) <= config_.max_yaw_rate) {
+        now.velocity = Velocity2{was.x + kNew * (moved.x - was.x), was.y + kNew * (moved.y - was.y),
+                                 was.yaw_rate + kNew * (moved.yaw_rate - was.yaw_rate)};
+      }
     }
-  } else {
-    velocity_ = {};
+    seen_.erase(before);
   }
-  last_ = observation.pose;
-  last_time_ = observation.captured;
+  const auto later =
+      std::find_if(seen_.begin(), seen_.end(), [&](const Seen& each) { return each.at > now.at; });
+  seen_.insert(later, now);
 }
 
 void MotionPrior::place(const Pose2& pose, Time at) {
-  last_ = pose;
-  last_time_ = at;
-  velocity_ = {};
+  seen_.assign(1, {.camera = 0, .pose = pose, .at = at});
 }
 
-std::optional<Prior> MotionPrior::at(Time time) const {
-  if (!last_ || time < last_time_ || time - last_time_ > config_.keep) return std::nullopt;
-  constexpr double kRadius = 0.02;  // m, at no gap at all
-  const double gap = to_seconds(time - last_time_);
-  const double carried = std::min(gap, to_seconds(config_.carry_on));
-  return Prior{.pose = {last_->x + velocity_.x * carried, last_->y + velocity_.y * carried,
-                        wrap_angle(last_->yaw + velocity_.yaw_rate * carried)},
-               .radius_m = kRadius + config_.max_speed * gap};
+std::optional<Prior> MotionPrior::at(Time time, std::size_t camera) const {
+  constexpr double kRadius = 0.02;                              // m, at no gap at all
+  constexpr Duration kAsGood = std::chrono::milliseconds(300);  // one's own that is so much older
+  if (seen_.empty() || std::chrono::abs(time - seen_.back().at) > config_.keep) return std::nullopt;
+  const Seen* from = &seen_.back();
+  std::optional<Velocity2> velocity;
+  for (const Seen& each : seen_) {
+    if (each.camera == camera && each.at <= time && seen_.back().at - each.at <= kAsGood) from = &each;
+    if (each.velocity) velocity = each.velocity;
+  }
+  if (from->velocity) velocity = from->velocity;
+  const Velocity2 moves = velocity.value_or(Velocity2{});
+  const double gap = to_seconds(time - from->at);
+  const double most = to_seconds(config_.carry_on);
+  const double carried = std::clamp(gap, -most, most);
+  return Prior{.pose = {from->pose.x + moves.x * carried, from->pose.y + moves.y * carried,
+                        wrap_angle(from->pose.yaw + moves.yaw_rate * carried)},
+               .radius_m = kRadius + config_.max_speed * std::abs(gap)};
 }
 
 }  // namespace skylight

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "tracker/filter/motion.hpp"
 #include "tracker/tracker_checks.hpp"
 #include "tracker/tracker_impl.hpp"
 
@@ -59,10 +60,10 @@ void Tracker::Impl::detect(Track& track, const Frame& frame,
     if (!track.observed) track.reason = kNoHomography;
     return;
   }
-  if (track.spec.initial_pose && !track.last_measured && !track.prior.last()) {
+  if (track.spec.initial_pose && !track.last_measured && track.prior.empty()) {
     track.prior.place(*track.spec.initial_pose, frame.captured);
   }
-  track.expected = track.prior.at(frame.captured);
+  track.expected = track.prior.at(frame.captured, frame.camera);
   if (track.expected) {
     if (!track.tag) {
       detect_orb(track, frame);
@@ -172,16 +173,38 @@ RobotReport Tracker::Impl::update(Track& track, const Frame& frame) const {
     track.last_measured = track.observed;
   }
   RobotReport report{.id = track.spec.id, .reason = track.reason, .measured = track.observed};
+  if (another_camera_sees(track, frame)) {
+    report.state = track.state;
+    report.filtered = estimate_at(track, frame.captured);
+    track.reason = {};
+    return report;
+  }
   const FilterStep step = track.filter->update(frame.captured, track.observed);
+  if (step.accepted) track.last_accepted = {.camera = frame.camera, .at = frame.captured};
   track.state = step.state;
   report.state = step.state;
   report.filtered = step.estimate;
+  if (step.estimate && step.estimate->at != frame.captured)
+    report.filtered = estimate_at(track, frame.captured);
   track.history.append({.captured = frame.captured,
                         .state = step.state,
                         .measured = track.observed,
                         .filtered = step.estimate});
   settle(track);
   return report;
+}
+
+// A camera that does not see the robot, while another one does, tells nothing of it: it may stand beside what
+// this one sees, or be covered from there alone.
+bool Tracker::Impl::another_camera_sees(const Track& track, const Frame& frame) {
+  return !track.observed && track.state == TrackState::tracking && track.last_accepted &&
+         track.last_accepted->camera != frame.camera &&
+         std::chrono::abs(frame.captured - track.last_accepted->at) < from_seconds(motion::kGapAfter);
+}
+
+std::optional<Estimate> Tracker::Impl::estimate_at(const Track& track, Time at) {
+  auto estimate = track.filter->predict(at);
+  return estimate ? estimate : track.filter->smoothed(at);
 }
 
 // Smoothing looks back over the whole lag: done for half a lag's frames at a time.
@@ -203,7 +226,10 @@ Track* Tracker::Impl::find(std::string_view id) const {
 
 Tracker::Tracker(std::vector<CameraModel> cameras, const TrackerConfig& config, Executor executor)
     : impl_(std::make_unique<Impl>()) {
-  if (cameras.empty()) throw std::invalid_argument("a tracker needs at least one camera");
+  if (cameras.empty() || cameras.size() > kMostCameras) {
+    throw std::invalid_argument("a tracker of " + std::to_string(cameras.size()) + " cameras, allowed 1 to " +
+                                std::to_string(kMostCameras));
+  }
   check_config(config);
   check_calibration(config.calibration, cameras.size());
   impl_->cameras = std::move(cameras);
@@ -225,6 +251,7 @@ void Tracker::recalibrate(std::size_t camera, const CameraModel& model,
   impl_->cameras[camera] = model;
   impl_->config.calibration.resize(impl_->cameras.size());
   impl_->config.calibration[camera] = uncertainty;
+  for (const auto& track : impl_->tracks) track->filter->forget_camera(camera);
 }
 
 void Tracker::add(const RobotSpec& spec) {
@@ -252,6 +279,7 @@ bool Tracker::change(const RobotSpec& spec) {
   changed->history = std::move(track->history);
   changed->prior = track->prior;
   changed->last_measured = track->last_measured;
+  changed->last_accepted = track->last_accepted;
   changed->state = track->state;
   changed->reason = track->reason;
   // What the change does not touch carries on: only another filter has to calibrate anew.

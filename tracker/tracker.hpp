@@ -85,6 +85,7 @@ struct RobotReport {
   TrackState state = TrackState::searching;
   std::string_view reason;                ///< in words, why there is no observation; empty if there is one
   std::optional<Observation> measured{};  ///< what this frame shows
+  /// Of the frame's instant; where a frame came later than another camera's, with all that came since.
   std::optional<Estimate> filtered{};
 };
 
@@ -100,7 +101,9 @@ struct RobotView {
 
 class Tracker {
  public:
-  /// Throws std::invalid_argument for no camera or a setting out of range.
+  static constexpr std::size_t kMostCameras = 64;
+
+  /// Throws std::invalid_argument for no camera, too many, or a setting out of range.
   explicit Tracker(std::vector<CameraModel> cameras, const TrackerConfig& config = {},
                    Executor executor = run_in_order);
   ~Tracker();

@@ -47,6 +47,11 @@ struct Track {
   std::unique_ptr<Filter> filter;
   PoseHistory history;
   std::optional<Observation> last_measured;
+  struct Accepted {
+    std::size_t camera = 0;
+    Time at{};
+  };
+  std::optional<Accepted> last_accepted;  ///< by the filter
   int frames_since_audit = 0;
   int frames_since_tag_look = 0;
   int picture_refusals = 0;  ///< in a row
@@ -88,6 +93,8 @@ struct Tracker::Impl {
   void refuse_taken_places();
   Covariance3 correlated(const Track& track, const Frame& frame) const;
   RobotReport update(Track& track, const Frame& frame) const;
+  static bool another_camera_sees(const Track& track, const Frame& frame);
+  static std::optional<Estimate> estimate_at(const Track& track, Time at);
   static void settle(Track& track);
   Track* find(std::string_view id) const;
 };

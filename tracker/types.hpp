@@ -109,6 +109,7 @@ struct Estimate {
   Pose2 pose{};
   Covariance3 covariance = Covariance3::Identity();
   Velocity2 velocity{};
+  std::uint64_t cameras = 0;  ///< whose observations made up the place: bit i is camera i
 };
 
 /// One line of a robot's history: everything that is known of it at one instant.

@@ -5,6 +5,7 @@
 #include "service/assembly.hpp"
 #include "service/commands/commands.hpp"
 #include "service/evaluation/camera_error.hpp"
+#include "service/evaluation/cameras_apart.hpp"
 #include "service/evaluation/report.hpp"
 
 namespace skylight::service {
@@ -18,11 +19,18 @@ struct EvaluateFlags {
   std::string filter = "motion";
   bool odometry = false;
   double calibration_error_mm = 0.0;
+  bool cameras_apart = false;
   double horizon_s = 0.0;
   double duration_s = 0.0;
   std::optional<std::uint64_t> seed;
   std::optional<int> repeats;
   std::string json;
+};
+
+/// Of one run.
+struct Scored {
+  std::vector<RunScore> detectors;
+  std::optional<CamerasScore> cameras{};
 };
 
 /// Everything that comes out, in the order in which it came.
@@ -95,11 +103,12 @@ void tell_copies_apart(const SimulatorFrames& simulator, std::vector<RobotSpec>&
 }
 
 // Every detector over the same frames.
-std::vector<RunScore> score(const EvaluateFlags& flags, const ScenarioRun& run) {
+Scored score(const EvaluateFlags& flags, const ScenarioRun& run) {
   const std::vector<PoseKind> kinds = kinds_for(flags, run);
   const auto simulator = std::make_shared<SimulatorFrames>(run);
   std::vector<Contestant> contestants;
   std::shared_ptr<FrameSource> source;
+  std::optional<CamerasApart> apart;
   for (const std::string& detector : flags.detectors) {
     Assembly assembly = assemble(config_for(flags, detector), simulator);
     tell_copies_apart(*simulator, assembly.robots);
@@ -107,6 +116,7 @@ std::vector<RunScore> score(const EvaluateFlags& flags, const ScenarioRun& run) 
       use_wrong_cameras(
           assembly,
           {.room_m = simulator->room_m(), .rms_m = flags.calibration_error_mm / 1000.0, .seed = run.seed()});
+    if (flags.cameras_apart && !apart) apart.emplace(*simulator, assembly);
     contestants.emplace_back(*simulator, make_tracker(assembly), detector, kinds,
                              from_seconds(flags.horizon_s));
     source = std::move(assembly.source);
@@ -120,41 +130,55 @@ std::vector<RunScore> score(const EvaluateFlags& flags, const ScenarioRun& run) 
       if (flags.odometry) contestant.hear(odometry, simulator->now());
       contestant.process(*frame, simulator->truth());
     }
+    if (apart) apart->process(*frame, simulator->truth());
     progress.step();
   }
-  std::vector<RunScore> scores;
-  for (Contestant& contestant : contestants) scores.push_back(contestant.result());
-  return scores;
+  Scored scored;
+  for (Contestant& contestant : contestants) scored.detectors.push_back(contestant.result());
+  if (apart) scored.cameras = apart->result();
+  return scored;
 }
 
 void append(Json& list, const Json& entries) {
   for (const Json& entry : entries) list.push_back(entry);
 }
 
+// Of one run, or of several pooled: printed, and as JSON.
+Json entries_of(const EvaluateFlags& flags, const std::vector<RunScore>& scores,
+                const std::optional<CamerasScore>& cameras) {
+  Json entries = Json::array();
+  for (const RunScore& run : scores) append(entries, to_json(run, flags.filter));
+  if (flags.json != "-") {
+    print_table(entries);
+    if (cameras) print_cameras(*cameras);
+  }
+  if (cameras) entries.front()["cameras_apart"] = to_json(*cameras);
+  return entries;
+}
+
 // The runs of one variant: each by itself, then all pooled, then what was expected of them.
 void evaluate_variant(const EvaluateFlags& flags, const std::vector<ScenarioRun>& runs, Outcome& outcome) {
   const bool talks = flags.json != "-";
   std::vector<RunScore> pooled;
+  std::optional<CamerasScore> cameras;
   for (const ScenarioRun& run : runs) {
-    const std::vector<RunScore> scores = score(flags, run);
-    Json entries = Json::array();
-    for (std::size_t i = 0; i < scores.size(); ++i) {
-      append(entries, to_json(scores[i], flags.filter));
+    const Scored scored = score(flags, run);
+    Json entries = entries_of(flags, scored.detectors, scored.cameras);
+    append(outcome.scenarios, entries);
+    for (std::size_t i = 0; i < scored.detectors.size(); ++i) {
       if (pooled.size() <= i) {
-        pooled.push_back(scores[i]);
+        pooled.push_back(scored.detectors[i]);
       } else {
-        pooled[i].merge(scores[i]);
+        pooled[i].merge(scored.detectors[i]);
       }
     }
-    if (talks) print_table(entries);
-    append(outcome.scenarios, entries);
+    if (cameras) {
+      cameras->merge(*scored.cameras);
+    } else {
+      cameras = scored.cameras;
+    }
   }
-  if (runs.size() > 1) {
-    Json entries = Json::array();
-    for (const RunScore& run : pooled) append(entries, to_json(run, flags.filter));
-    if (talks) print_table(entries);
-    append(outcome.pooled, entries);
-  }
+  if (runs.size() > 1) append(outcome.pooled, entries_of(flags, pooled, cameras));
   // A scenario expects something of Skylight, which is the detector that is named first.
   for (const Judgement& judgement : judge(runs.front().expected(), pooled.front())) {
     if (talks) std::printf("%s\n", judgement_line(judgement).c_str());
@@ -224,6 +248,8 @@ void add_evaluate(CLI::App& app, Run& run) {
           "Cameras as a calibration leaves them: points of the room's floor off by so many mm RMS; a draw "
           "for each seed (0: as they are)")
       ->check(CLI::Range(0.0, 100.0));
+  command->add_flag("--cameras-apart", flags->cameras_apart,
+                    "Besides, trackers over one camera each, against the one over all where cameras overlap");
   command->add_option("--duration", flags->duration_s, "End each run after so many seconds of the scenario")
       ->check(CLI::Range(0.001, 86400.0));
   command->add_option("--seed", flags->seed, "Instead of the scenario's; repeats count up from it")

@@ -89,7 +89,7 @@ TEST(TrackerCalibration, ThatIsReplacedHoldsFromTheNextFrameOnAndTheTrackCarries
   by[kCameraPosition] = 0.004;
   const CameraUncertainty told = camera_uncertainty({.position_m = 0.001});
   tracker.recalibrate(0, moved(scene.camera(), by), told);
-  const RobotReport after = run(10, 40);
+  const RobotReport after = run(10, 100);
   ASSERT_TRUE(after.measured && after.filtered);
   EXPECT_EQ(after.state, TrackState::tracking);
   EXPECT_NEAR(after.measured->pose.x - before.measured->pose.x, 0.004, 1e-4);

@@ -16,6 +16,14 @@ struct FilterStep {
   bool accepted = false;             ///< the observation passed the gate
 };
 
+/// Where one camera sees a robot, against what all others that see it say together.
+struct CameraOpinion {
+  std::size_t camera = 0;
+  Eigen::Vector2d off_m{0.0, 0.0};  ///< in `map`; zero where no other camera sees it
+  double sigmas = 0.0;              ///< that, over what their calibrations allow (Mahalanobis)
+  int refused = 0;                  ///< how many of its observations in a row were not believed
+};
+
 class Filter {
  public:
   virtual ~Filter() = default;
@@ -43,6 +51,13 @@ class Filter {
   /// The same for every instant from `from` on at which something was told, in order of time: one pass
   /// where smoothed() takes one for each.
   virtual std::vector<Estimate> smoothed_from(Time from) const = 0;
+
+  /// Of the cameras that saw the robot just now, where there is more than one; a filter that follows no
+  /// offsets between cameras has none.
+  virtual std::vector<CameraOpinion> opinions() const { return {}; }
+
+  /// A camera was calibrated anew: what was known of it is of another camera.
+  virtual void forget_camera(std::size_t camera) { static_cast<void>(camera); }
 
   /// Forgets everything: state `searching`.
   virtual void reset() = 0;

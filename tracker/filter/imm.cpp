@@ -164,10 +164,6 @@ bool correct(Mixture& mixture, const LinearMeasurement& measured) {
   return true;
 }
 
-void widen(Mixture& mixture, const Eigen::Matrix3d& by) {
-  for (Gaussian6& part : mixture.part) part.cov.topLeftCorner<3, 3>() += by;
-}
-
 Matrix6 turning(double angle) {
   Matrix6 t = Matrix6::Identity();
   t(kU, kU) = t(kS, kS) = std::cos(angle);

@@ -91,9 +91,6 @@ Innovation innovation(const Mixture& predicted, const LinearMeasurement& measure
 /// where an innovation covariance cannot be inverted.
 bool correct(Mixture& mixture, const LinearMeasurement& measured);
 
-/// In place; place and yaw become so much less certain, none of the velocities.
-void widen(Mixture& mixture, const Eigen::Matrix3d& by);
-
 /// d (turned state) / d state for a robot that is called turned by `angle`: its velocity in `map` stays.
 Matrix6 turning(double angle);
 /// In place; the yaw grows by `angle`.

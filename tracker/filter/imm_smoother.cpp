@@ -5,7 +5,6 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 namespace skylight::motion {
 namespace {
@@ -158,15 +157,6 @@ void turn_back(Future& future, double angle) {
   }
   future.origin = t.transpose() * future.origin;
   future.origin[kYaw] -= angle;
-}
-
-void widen_back(Future& future, const Eigen::Matrix3d& by) {
-  // By eigenvectors: it may be certain in some direction, which a Cholesky factor does not take.
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(by);
-  Matrix6 root = Matrix6::Zero();
-  root.topLeftCorner<3, 3>() =
-      solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  for (Information& part : future.part) part = before_noise(root, part);
 }
 
 Gaussian6 combine(const Mixture& filtered, const Future& future) {

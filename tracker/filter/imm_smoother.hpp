@@ -48,9 +48,6 @@ Future back(const ModelBank& bank, const Mixture& filtered, double dt, const Fut
 /// The future as told of a robot that is called turned by -angle: the inverse of turning the state by angle.
 void turn_back(Future& future, double angle);
 
-/// The future as told before place and yaw became less certain by `by` (widen()).
-void widen_back(Future& future, const Eigen::Matrix3d& by);
-
 /// Mean and covariance of the state, past and future used.
 Gaussian6 combine(const Mixture& filtered, const Future& future);
 

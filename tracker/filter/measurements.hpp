@@ -30,8 +30,6 @@ struct NoiseScale {
 class NoiseJudge {
  public:
   void see(const Observation& observation);
-  /// What comes next does not lie on a line with what came before: another camera's.
-  void begin_anew() { seen_ = 0; }
   /// `most`: largest factor of a standard deviation.
   NoiseScale scale(double most) const;
 

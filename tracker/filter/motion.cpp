@@ -20,8 +20,6 @@ constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kLongUnobserved = 0.31;  // s; a detector at 10 Hz misses now and then
 constexpr double kUsualSpeed = 0.3;       // m/s, one sigma, of what is seen first
 constexpr double kUsualYawRate = 0.6;     // rad/s
-constexpr double kHandOver = 0.25;        // s without the track's own camera until another takes over
-constexpr double kClearlyBetter = 0.5;    // of the place's variance by calibration: takes over at once
 
 double largest_sigma(const Gaussian6& g) {
   const double a = g.cov(0, 0);
@@ -49,6 +47,13 @@ MotionFilter::MotionFilter(const MotionFilterConfig& config) : config_(config) {
 
 void MotionFilter::reset() {
   records_.clear();
+}
+
+void MotionFilter::forget_camera(std::size_t camera) {
+  if (records_.empty()) return;
+  auto changed = std::make_shared<Record>(*records_.back());
+  changed->after.cameras.forget_camera(camera);
+  records_.back() = std::move(changed);
 }
 
 // ---- Events --------------------------------------------------------------------------------------------
@@ -125,8 +130,9 @@ MotionFilter::Track MotionFilter::run(const Event& event, std::size_t before) co
   if (before > 0) {
     const Record& last = *records_[before - 1];
     track = last.after;
-    track.accepted = track.restarted = track.took_gap = track.handed_over = false;
-    track.between.setZero();
+    track.accepted = track.restarted = track.took_gap = false;
+    track.offset.setZero();
+    track.spread.setZero();
     track.turned = 0.0;
     carry(track, last.event.at, event.at);
   }
@@ -148,6 +154,7 @@ const motion::ModelBank& MotionFilter::bank_for(Time last_accepted, Time to) con
 
 void MotionFilter::carry(Track& track, Time from, Time to) const {
   if (track.phase != Phase::calibrating && track.phase != Phase::running) return;
+  track.cameras.carry(from, to);
   const double dt = to_seconds(to - from);
   const motion::ModelBank& bank = bank_for(track.last_accepted, to);
   track.main = motion::predict(bank, track.main, dt);
@@ -158,26 +165,15 @@ void MotionFilter::carry(Track& track, Time from, Time to) const {
 
 void MotionFilter::see(Track& track, const Observation& observation) const {
   const bool known = track.phase == Phase::calibrating || track.phase == Phase::running;
-  if (known) compare_cameras(track, observation);
-  // What is between two cameras is no noise of the detector's.
-  if (track.handed_over) track.noise.begin_anew();
-  if (track.handed_over || track.between.isZero(0.0)) track.noise.see(observation);
+  // What is between two cameras is no noise of the detector's: one of them is judged.
+  const bool judged = !known || track.cameras.is_reference(observation.camera);
+  if (judged) track.noise.see(observation);
   track.scale = track.noise.scale(config_.max_noise_scale);
   if (!known) {
     begin(track, observation);
   } else {
     see_tracked(track, observation);
   }
-}
-
-/// Sets what is between this observation's camera and the track's, and whether the track goes over.
-void MotionFilter::compare_cameras(Track& track, const Observation& observation) const {
-  if (observation.camera == track.camera) return;
-  track.between = track.correlated + observation.correlated;
-  if (track.between.isZero(0.0)) return;
-  const auto place = [](const Covariance3& c) { return c(0, 0) + c(1, 1); };
-  track.handed_over = to_seconds(observation.captured - track.camera_seen) > kHandOver ||
-                      place(observation.correlated) < kClearlyBetter * place(track.correlated);
 }
 
 void MotionFilter::begin(Track& track, const Observation& observation) const {
@@ -206,32 +202,20 @@ void MotionFilter::begin(Track& track, const Observation& observation) const {
   track.turns = std::max(1, observation.heading_turns);
   track.accepted = track.restarted = true;
   track.candidate = {};
-  track.camera = observation.camera;
-  track.camera_seen = observation.captured;
-  track.correlated = observation.correlated;
-  track.between.setZero();
-  track.handed_over = false;
+  track.cameras.begin(observation);
+  track.offset.setZero();
+  track.spread.setZero();
 }
 
 void MotionFilter::see_tracked(Track& track, const Observation& observation) const {
-  LinearMeasurement seen = motion::pose_measurement(observation, track.scale);
+  const LinearMeasurement told = motion::pose_measurement(observation, track.scale);
+  const Gaussian6 expected = motion::collapse(track.main);
+  motion::CameraPart& part = track.cameras.meet(observation, expected.mean.head<2>());
+  track.offset = part.offset;
+  track.spread = part.spread;
+  const LinearMeasurement seen = motion::CameraOffsets::corrected(part, told);
   const int turns = std::max(1, observation.heading_turns);
-  if (turns < track.turns) {
-    // Now it is known better which way is forward: turned to the nearest of the headings that looked alike.
-    const double yaw = motion::collapse(track.main).mean[motion::kYaw];
-    const double off = std::remainder(seen.value[2] - yaw, seen.yaw_period);
-    const double one = kTwoPi / track.turns;
-    track.turned = std::round(off / one) * one;
-    if (track.turned != 0.0) {
-      motion::turn(track.main, track.turned);
-      if (track.gap) {
-        Mixture turned = *track.gap;
-        motion::turn(turned, track.turned);
-        track.gap = std::make_shared<const Mixture>(turned);
-      }
-    }
-  }
-  seen.noise += track.between;  // be it the observation's or the state's: the gate is the same
+  if (turns < track.turns) turn_to(track, seen.value[2] - expected.mean[motion::kYaw], seen.yaw_period);
   const Mixture* best = &track.main;
   motion::Innovation innovation = motion::innovation(track.main, seen);
   if (track.gap) {
@@ -241,21 +225,19 @@ void MotionFilter::see_tracked(Track& track, const Observation& observation) con
       innovation = other;
     }
   }
+  const Gaussian6 before = motion::collapse(*best);
   Mixture corrected = *best;
-  if (track.handed_over) {
-    motion::widen(corrected, track.between);
-    seen.noise -= track.between;
-  }
   if (!(innovation.distance2 <= config_.gate) || !motion::correct(corrected, seen)) {
     if (track.turned != 0.0) {
       motion::turn(track.main, -track.turned);
       track.gap.reset();
       track.turned = 0.0;
     }
-    track.handed_over = false;
+    motion::CameraOffsets::refused(part, told, before);
     refuse(track, observation);
     return;
   }
+  track.cameras.accepted(part, told, before, observation.captured);
   track.took_gap = best != &track.main;
   track.main = corrected;
   limit(track.main, config_.max_speed_mps, config_.max_yaw_rate_radps);
@@ -264,13 +246,20 @@ void MotionFilter::see_tracked(Track& track, const Observation& observation) con
   track.accepted = true;
   track.last_accepted = observation.captured;
   track.candidate = {};
-  if (track.handed_over || track.between.isZero(0.0)) {
-    track.camera = observation.camera;
-    track.camera_seen = observation.captured;
-    track.correlated = observation.correlated;
-  }
   ++track.accepted_count;
   if (track.accepted_count >= config_.calibration_observations) track.phase = Phase::running;
+}
+
+/// Now it is known better which way is forward: turned to the nearest of the headings that looked alike.
+void MotionFilter::turn_to(Track& track, double ahead, double period) const {
+  const double one = kTwoPi / track.turns;
+  track.turned = std::round(std::remainder(ahead, period) / one) * one;
+  if (track.turned == 0.0) return;
+  motion::turn(track.main, track.turned);
+  if (!track.gap) return;
+  Mixture turned = *track.gap;
+  motion::turn(turned, track.turned);
+  track.gap = std::make_shared<const Mixture>(turned);
 }
 
 void MotionFilter::refuse(Track& track, const Observation& observation) const {
@@ -340,7 +329,6 @@ std::shared_ptr<const Mixture> MotionFilter::judged_again(Time last_accepted, Ti
       motion::correct(mixture, motion::velocity_measurement(*record.event.velocity, motion::kOdometryMemory));
       continue;
     }
-    if (record.after.handed_over) motion::widen(mixture, record.after.between);
     LinearMeasurement measured = pose_as_used(record);
     const double ramp = to_seconds(record.event.at - entry) / config_.entry_s;
     const double bias = ramp * config_.entry_bias_m;

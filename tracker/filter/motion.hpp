@@ -26,6 +26,7 @@
 #include <optional>
 #include <vector>
 
+#include "tracker/filter/camera_offsets.hpp"
 #include "tracker/filter/filter.hpp"
 #include "tracker/filter/measurements.hpp"
 #include "tracker/filter/motion_config.hpp"
@@ -42,10 +43,7 @@ inline constexpr double kGapAfter = 0.09;  // s
 /// while tracking and predicting.
 ///
 /// Calibration (Observation::correlated) is the same in every frame: it is added to all that is published and
-/// never filtered away. Of several cameras the track carries the error of one. Another's observations, which
-/// may disagree by both errors, count as by so much noisier; where the first has told nothing for a while, or
-/// the other knows the place clearly better, the track goes over to the other: its place may step by what is
-/// between the two, its velocity does not.
+/// never filtered away. Of several cameras each has its own: see camera_offsets.hpp.
 ///
 /// Input that is not finite, or a covariance that is not positive definite,
 /// counts as no observation.
@@ -64,6 +62,8 @@ class MotionFilter final : public Filter {
   Duration smoothing_lag() const override { return from_seconds(config_.smoothing_lag_s); }
   std::optional<Estimate> smoothed(Time at) const override;
   std::vector<Estimate> smoothed_from(Time from) const override;
+  std::vector<CameraOpinion> opinions() const override;
+  void forget_camera(std::size_t camera) override;
   void reset() override;
   /// An independent copy; cheap: what happened is shared.
   std::unique_ptr<Filter> clone() const override { return std::make_unique<MotionFilter>(*this); }
@@ -104,13 +104,10 @@ class MotionFilter final : public Filter {
     motion::NoiseJudge noise;
     motion::NoiseScale scale;  ///< by which the detector's claims are multiplied here
 
-    // The track's places carry the calibration error of one camera.
-    std::size_t camera = 0;
-    Time camera_seen{};                            ///< its last accepted observation
-    Covariance3 correlated = Covariance3::Zero();  ///< of that
-    /// Of this event: by what its camera and the track's may disagree; zero where they are the same.
-    Covariance3 between = Covariance3::Zero();
-    bool handed_over = false;  ///< the track went over to this event's camera
+    motion::CameraOffsets cameras;
+    /// Of this event's camera, as its observation was used.
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+    Covariance3 spread = Covariance3::Zero();
   };
 
   struct Record {
@@ -127,8 +124,8 @@ class MotionFilter final : public Filter {
   const motion::ModelBank& bank_for(Time last_accepted, Time to) const;
   void carry(Track& track, Time from, Time to) const;
   void see(Track& track, const Observation& observation) const;
-  void compare_cameras(Track& track, const Observation& observation) const;
   void see_tracked(Track& track, const Observation& observation) const;
+  void turn_to(Track& track, double ahead, double period) const;
   void refuse(Track& track, const Observation& observation) const;
   void miss(Track& track, Time at, std::size_t before) const;
   void take_velocity(Track& track, const BodyVelocity& velocity) const;

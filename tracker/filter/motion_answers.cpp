@@ -46,14 +46,17 @@ Estimate MotionFilter::publish(Time at, const Gaussian6& state, const Track& tra
   const double s = state.mean[motion::kS];
   Estimate out;
   out.at = at;
-  out.pose = {state.mean[motion::kX], state.mean[motion::kY], wrap_angle(yaw)};
+  const Eigen::Vector3d shift = track.cameras.shift();
+  out.pose = {state.mean[motion::kX] + shift.x(), state.mean[motion::kY] + shift.y(),
+              wrap_angle(yaw + shift.z())};
   out.velocity = {u * std::cos(yaw) - s * std::sin(yaw), u * std::sin(yaw) + s * std::cos(yaw),
                   state.mean[motion::kW]};
   out.covariance = state.cov.topLeftCorner<3, 3>();
   const double bias = config_.observation_bias_m;
   const double yaw_bias = config_.observation_bias_rad;
   out.covariance.diagonal() += Eigen::Vector3d(bias * bias, bias * bias, yaw_bias * yaw_bias);
-  out.covariance += track.correlated;
+  out.covariance += track.cameras.correlated();
+  out.cameras = track.cameras.contributing();
   return out;
 }
 
@@ -70,6 +73,11 @@ std::optional<std::array<double, kModels>> MotionFilter::model_probabilities() c
   if (records_.empty() || records_.back()->after.phase != Phase::running) return std::nullopt;
   const Track& track = records_.back()->after;
   return track.gap ? track.gap->weight : track.main.weight;
+}
+
+std::vector<CameraOpinion> MotionFilter::opinions() const {
+  if (records_.empty() || records_.back()->after.phase != Phase::running) return {};
+  return records_.back()->after.cameras.opinions(records_.back()->event.at);
 }
 
 /// The events that tell of the robot at `at`: from the last one not after it until the track ends or begins
@@ -108,7 +116,6 @@ void MotionFilter::look_back(const Stretch& events, Time at, const Each& each) c
   for (std::size_t i = events.last; i > events.first; --i) {
     const Record& here = *records_[i];
     if (here.after.accepted) motion::add(future, measurement(i), motion::collapse(filtered).mean);
-    if (here.after.handed_over) motion::widen_back(future, here.after.between);
     if (here.after.turned != 0.0) motion::turn_back(future, here.after.turned);
     turned += here.after.turned;
     gap = here.after.took_gap || (gap && here.after.gap != nullptr);
@@ -167,7 +174,8 @@ std::optional<Estimate> MotionFilter::smoothed(Time at) const {
 /// An observation as it was used.
 LinearMeasurement MotionFilter::pose_as_used(const Record& record) {
   LinearMeasurement out = motion::pose_measurement(*record.event.observation, record.after.scale);
-  if (!record.after.handed_over) out.noise += record.after.between;
+  out.value -= record.after.offset;
+  out.noise += record.after.spread;
   return out;
 }
 
