@@ -19,9 +19,12 @@ std::string why_no_pose(const RobotSnapshot& robot, TrackState state) {
   return "the filter has no pose";
 }
 
-std::vector<std::string> camera_names(const Snapshot& snapshot, std::size_t camera) {
-  if (camera >= snapshot.cameras.size()) return {};
-  return {snapshot.cameras[camera].id};
+std::vector<std::string> camera_names(const Snapshot& snapshot, CameraSet cameras) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < snapshot.cameras.size(); ++i) {
+    if ((cameras & camera_bit(i)) != 0) names.push_back(snapshot.cameras[i].id);
+  }
+  return names;
 }
 
 PublishedPose published(const Snapshot& snapshot, const HistoryPose& pose) {
@@ -30,7 +33,7 @@ PublishedPose published(const Snapshot& snapshot, const HistoryPose& pose) {
           .estimate = pose.estimate,
           .captured = pose.captured,
           .horizon = {},
-          .cameras = camera_names(snapshot, pose.camera),
+          .cameras = camera_names(snapshot, pose.estimate.cameras),
           .score = pose.score,
           .heading_turns = pose.heading_turns};
 }
@@ -94,6 +97,7 @@ void predict(const Snapshot& snapshot, const RobotSnapshot& robot, Time at, cons
   out.pose->kind = PoseKind::predicted;
   out.pose->source = PoseSource::prediction;
   out.pose->estimate = *estimate;
+  out.pose->cameras = camera_names(snapshot, estimate->cameras);
   out.pose->captured = newest;
   out.pose->horizon = at - newest;
 }

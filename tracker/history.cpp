@@ -19,6 +19,7 @@ Estimate interpolate(const Estimate& a, const Estimate& b, double share) {
   out.velocity = {mix(a.velocity.x, b.velocity.x, share), mix(a.velocity.y, b.velocity.y, share),
                   mix(a.velocity.yaw_rate, b.velocity.yaw_rate, share)};
   out.covariance = (1.0 - share) * a.covariance + share * b.covariance;
+  out.cameras = a.cameras | b.cameras;
   return out;
 }
 
@@ -97,7 +98,8 @@ Estimate HistoryView::pose_of(PoseKind kind, std::size_t i) const {
   return {.at = entry.captured,
           .pose = entry.measured->pose,
           .covariance = entry.measured->covariance + entry.measured->correlated,
-          .velocity = {}};
+          .velocity = {},
+          .cameras = camera_bit(entry.measured->camera)};
 }
 
 HistoryPose HistoryView::at_entry(PoseKind kind, std::size_t i) const {
@@ -111,7 +113,6 @@ HistoryPose HistoryView::at_entry(PoseKind kind, std::size_t i) const {
   // A filtered pose may stand beside a measurement that the filter's gate refused.
   if (entry.measured && (kind == PoseKind::measured || entry.state == TrackState::tracking)) {
     out.source = entry.measured->source;
-    out.camera = entry.measured->camera;
     out.score = entry.measured->score;
   }
   for (std::size_t k = i + 1; k-- > 0;) {

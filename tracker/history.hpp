@@ -41,9 +41,8 @@ struct HistoryPose {
   TrackState state = TrackState::searching;  ///< of the newest entry that went into it
   /// Of that entry: what was measured; `prediction` for a filtered pose that took no measurement.
   PoseSource source = PoseSource::prediction;
-  Estimate estimate;  ///< at the instant that was asked for; no velocity (0) where measured
-  Time captured{};    ///< capture time of the newest entry that went into it
-  std::size_t camera = 0;
+  Estimate estimate;      ///< at the instant that was asked for; no velocity (0) where measured
+  Time captured{};        ///< capture time of the newest entry that went into it
   double score = 0.0;     ///< 0 where source is `prediction`
   int heading_turns = 1;  ///< of the newest measurement up to `captured`; 1 where there is none
 };

@@ -78,6 +78,12 @@ struct Frame {
       depth;  ///< empty, or CV_16UC1 of the image's size: millimetres along the optical axis, 0 = no reading
 };
 
+/// Cameras by their index as bits: bit i is camera i, 0 to 63.
+using CameraSet = std::uint64_t;
+inline constexpr CameraSet camera_bit(std::size_t camera) {
+  return CameraSet{1} << camera;
+}
+
 /// A detection carried to the floor.
 struct Observation {
   Time captured{};
@@ -109,7 +115,7 @@ struct Estimate {
   Pose2 pose{};
   Covariance3 covariance = Covariance3::Identity();
   Velocity2 velocity{};
-  std::uint64_t cameras = 0;  ///< whose observations made up the place: bit i is camera i
+  CameraSet cameras = 0;  ///< whose observations made up the place
 };
 
 /// One line of a robot's history: everything that is known of it at one instant.

@@ -199,6 +199,7 @@ TEST(PoseHistory, AFilteredPoseWithoutAnAcceptedMeasurementIsAPrediction) {
   seen.measured->heading_turns = 4;
   seen.measured->score = 0.8;
   seen.measured->camera = 3;
+  seen.filtered->cameras = camera_bit(3) | camera_bit(1);
   HistoryEntry gap = entry(milliseconds(33), 1.0);
   gap.state = TrackState::predicting;
   gap.measured.reset();
@@ -209,7 +210,8 @@ TEST(PoseHistory, AFilteredPoseWithoutAnAcceptedMeasurementIsAPrediction) {
   const HistoryView view = history.view();
   const HistoryPose at_seen = *view.pose(PoseKind::filtered, seen.captured).pose;
   EXPECT_EQ(at_seen.source, PoseSource::orb);
-  EXPECT_EQ(at_seen.camera, 3U);
+  EXPECT_EQ(at_seen.estimate.cameras, camera_bit(3) | camera_bit(1));
+  EXPECT_EQ(view.pose(PoseKind::measured, seen.captured).pose->estimate.cameras, camera_bit(3));
   EXPECT_EQ(at_seen.score, 0.8);
   const HistoryPose in_gap = *view.pose(PoseKind::filtered, gap.captured).pose;
   EXPECT_EQ(in_gap.source, PoseSource::prediction);

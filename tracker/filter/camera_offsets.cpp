@@ -176,11 +176,11 @@ Covariance3 CameraOffsets::correlated() const {
   return symmetric(out);
 }
 
-std::uint64_t CameraOffsets::contributing() const {
-  std::uint64_t out = 0;
+CameraSet CameraOffsets::contributing() const {
+  CameraSet out = 0;
   for (const CameraPart& part : parts()) {
     if (part.camera != kNobody && part.weight.topLeftCorner<2, 2>().trace() >= 2.0 * kContributes)
-      out |= std::uint64_t{1} << part.camera;
+      out |= camera_bit(part.camera);
   }
   return out;
 }

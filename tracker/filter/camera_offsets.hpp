@@ -63,8 +63,8 @@ class CameraOffsets {
   Eigen::Vector3d shift() const;
   /// What the calibrations leave unknown of the published place.
   Covariance3 correlated() const;
-  /// Cameras that make up the published place, a bit each (camera 0: 1).
-  std::uint64_t contributing() const;
+  /// Cameras that make up the published place, more than a hundredth of it.
+  CameraSet contributing() const;
   bool is_reference(std::size_t camera) const { return camera == parts_[reference_].camera; }
   /// What it says from now on is of a camera that was not known so far; what it said stays, of nobody.
   void forget_camera(std::size_t camera);

@@ -191,6 +191,7 @@ void WindowFilter::remember(const Observation& observation) {
     accepted_.pop_front();
   yaw_ = observation.pose.yaw;
   correlated_ = observation.correlated;
+  camera_ = camera_bit(observation.camera);
   last_accepted_ = frame_times_.back();
   if (phase_ != Phase::running) return;
   judge_noise();
@@ -274,6 +275,7 @@ std::optional<Estimate> WindowFilter::predict(Time at) const {
   out.pose = {position.x(), position.y(), wrap_angle(yaw_ + yaw_rate_ * to_seconds(at - last_accepted_))};
   out.velocity = {velocity.x(), velocity.y(), yaw_rate_};
   out.covariance = covariance_at(at) + correlated_;
+  out.cameras = camera_;
   return out;
 }
 

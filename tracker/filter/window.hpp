@@ -138,6 +138,7 @@ class WindowFilter final : public Filter {
   std::size_t accepted_since_calibration_ = 0;
   Covariance3 covariance_ = Covariance3::Identity();  ///< at the last accepted frame
   Covariance3 correlated_ = Covariance3::Zero();      ///< of the last accepted observation
+  CameraSet camera_ = 0;                              ///< whose that was
   Eigen::Matrix2d offset_covariance_ = Eigen::Matrix2d::Zero();
   double yaw_ = 0.0;  ///< at the last accepted frame, unwrapped
   double yaw_rate_ = 0.0;
