@@ -27,4 +27,15 @@ cv::Rect Sweep::next(const cv::Size& size, int tile_px, int overlap_px) {
   return at & cv::Rect({}, size);
 }
 
+std::optional<cv::Rect> Sweep::next(const cv::Size& size, int tile_px, int overlap_px,
+                                    const std::function<bool(const cv::Rect&)>& skip) {
+  const cv::Rect first = next(size, tile_px, overlap_px);
+  cv::Rect tile = first;
+  while (skip(tile)) {
+    tile = next(size, tile_px, overlap_px);
+    if (tile == first) return std::nullopt;
+  }
+  return tile;
+}
+
 }  // namespace skylight

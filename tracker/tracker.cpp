@@ -16,6 +16,7 @@ constexpr std::string_view kNotWhereExpected =
     "not found where it was expected: covered, or unlike its picture";
 constexpr std::string_view kSearching = "being searched for over the whole floor";
 constexpr std::string_view kTakenPlace = "what looked like it is another robot that stands there";
+constexpr std::string_view kMasked = "what looked like it lies where the floor is masked";
 constexpr std::string_view kNoHomography = "too few matched points agree on a homography";
 
 }  // namespace
@@ -58,6 +59,11 @@ void Tracker::Impl::detect(Track& track, const Frame& frame,
     const auto& scene = features.at(track.homography->config().features);
     track.observed = track.homography->detect(frame, scene, cameras[frame.camera], track.surface_height_m());
     if (!track.observed) track.reason = kNoHomography;
+    const bool known = track.state != TrackState::searching && track.state != TrackState::lost;
+    if (track.observed && !known && any_covers(config.floor_masks, track.observed->pose.position())) {
+      track.observed.reset();
+      track.reason = kMasked;
+    }
     return;
   }
   if (track.spec.initial_pose && !track.last_measured && track.prior.empty()) {
@@ -124,9 +130,13 @@ void Tracker::Impl::search_step(Track& track, const Frame& frame) const {
   if (!camera.plane_from_pixel({in.cx_px, in.cy_px}, height, &metres_by_px)) return;
   const double robot_px =
       track.spec.appearance->size_m().norm() / std::sqrt(std::abs(metres_by_px.determinant()));
-  const cv::Rect tile =
-      track.sweep.next(frame.image.size(), config.search.tile_px, static_cast<int>(std::ceil(robot_px)));
-  track.observed = track.orb->find_in(frame, camera, tile, height);
+  const auto tile = track.sweep.next(
+      frame.image.size(), config.search.tile_px, static_cast<int>(std::ceil(robot_px)),
+      [&](const cv::Rect& part) { return any_covers(config.floor_masks, camera, part, height); });
+  if (!tile) return;
+  track.observed = track.orb->find_in(frame, camera, *tile, height, [this](const Eigen::Vector2d& place) {
+    return !any_covers(config.floor_masks, place);
+  });
 }
 
 // Two robots cannot stand in one place: whose tag is there has it, else who was tracked there, else who fits
@@ -243,6 +253,10 @@ Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 const std::vector<CameraModel>& Tracker::cameras() const {
   return impl_->cameras;
+}
+
+CameraUncertainty Tracker::uncertainty(std::size_t camera) const {
+  return impl_->config.calibration.empty() ? CameraUncertainty{} : impl_->config.calibration.at(camera);
 }
 
 void Tracker::recalibrate(std::size_t camera, const CameraModel& model,

@@ -18,6 +18,7 @@
 #include "tracker/detect/orb_detector.hpp"
 #include "tracker/detect/tag_detector.hpp"
 #include "tracker/filter/filters.hpp"
+#include "tracker/floor_mask.hpp"
 #include "tracker/history.hpp"
 #include "tracker/motion_prior.hpp"
 
@@ -71,6 +72,8 @@ struct TrackerConfig {
   /// How well each camera is known, in their order; empty: exactly. It goes into every observation
   /// (`correlated`) and every published covariance.
   std::vector<CameraUncertainty> calibration;
+  /// Where robots are not searched for. One that is tracked may drive through and stays tracked.
+  std::vector<FloorMask> floor_masks;
   int audit_interval = 60;  ///< frames between second opinions on a tracked robot, 0: never
 };
 
@@ -111,6 +114,8 @@ class Tracker {
   Tracker& operator=(Tracker&&) noexcept;
 
   const std::vector<CameraModel>& cameras() const;
+  /// How well a camera is known; zero: exactly. `camera` is less than cameras().size().
+  CameraUncertainty uncertainty(std::size_t camera) const;
 
   /// A camera hangs elsewhere, or is known better or worse: from the next frame on. What is known of the
   /// robots stays. Throws std::invalid_argument for a camera that is not there, another picture size, or an

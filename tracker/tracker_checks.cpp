@@ -78,6 +78,10 @@ void check_config(const TrackerConfig& config) {
   };
   at_least_one("tags.look_interval", config.tags.look_interval);
   at_least_one("tags.sweep_interval", config.tags.sweep_interval);
+  for (const FloorMask& mask : config.floor_masks) {
+    if (const std::string wrong = check(mask); !wrong.empty())
+      throw std::invalid_argument("floor mask '" + mask.name + "': " + wrong);
+  }
   if (config.audit_interval < 0) {
     throw std::invalid_argument("audit_interval is " + std::to_string(config.audit_interval) +
                                 ", allowed 0 and up");

@@ -87,6 +87,7 @@ struct Tracker::Impl {
   void search_tags(const Frame& frame);
   void take_tag(Track& track, const FoundTag& found, const Frame& frame) const;
   std::size_t tag_steps();
+  bool no_tag_is_searched_in(const cv::Rect& part, const CameraModel& camera) const;
   double smallest_tag_px(const Frame& frame, double& largest) const;
   void choose_families();
   void check_tag_is_free(const RobotSpec& spec) const;

@@ -99,6 +99,12 @@ double Tracker::Impl::smallest_tag_px(const Frame& frame, double& largest) const
   return smallest;
 }
 
+bool Tracker::Impl::no_tag_is_searched_in(const cv::Rect& part, const CameraModel& camera) const {
+  return std::all_of(tracks.begin(), tracks.end(), [&](const auto& track) {
+    return !track->tag || any_covers(config.floor_masks, camera, part, track->tag->tag().height_m);
+  });
+}
+
 // One pass over a tile serves all robots with tags.
 void Tracker::Impl::search_tags(const Frame& frame) {
   if (!tags) return;
@@ -108,10 +114,12 @@ void Tracker::Impl::search_tags(const Frame& frame) {
   if (smallest <= 0.0) return;
   tag_sweeps.resize(cameras.size());
   for (std::size_t step = 0; step < steps; ++step) {
-    const cv::Rect tile = tag_sweeps[frame.camera].next(frame.image.size(), config.search.tile_px,
-                                                        static_cast<int>(2.0 * largest) + 1);
+    const auto tile = tag_sweeps[frame.camera].next(
+        frame.image.size(), config.search.tile_px, static_cast<int>(2.0 * largest) + 1,
+        [&](const cv::Rect& part) { return no_tag_is_searched_in(part, cameras[frame.camera]); });
+    if (!tile) return;
     // Half the magnification of a look: a tag that is missed now is seen in the next round.
-    for (const FoundTag& found : tags->find(frame.image, {tile, 2.0 * smallest})) {
+    for (const FoundTag& found : tags->find(frame.image, {*tile, 2.0 * smallest})) {
       for (const auto& track : tracks) {
         if (track->tag && track->tag->is(found)) take_tag(*track, found, frame);
       }
@@ -126,6 +134,10 @@ void Tracker::Impl::take_tag(Track& track, const FoundTag& found, const Frame& f
   const TagObservation seen = track.tag->observe(found, frame, cameras[frame.camera]);
   if (!seen.observation) {
     if (!track.observed) track.reason = seen.refused;
+    return;
+  }
+  if (any_covers(config.floor_masks, seen.observation->pose.position())) {
+    if (!track.observed) track.reason = "its tag lies where the floor is masked";
     return;
   }
   track.observed = seen.observation;

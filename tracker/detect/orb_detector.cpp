@@ -82,8 +82,13 @@ std::optional<Observation> OrbDetector::detect_near(const Frame& frame, const Ca
 }
 
 std::optional<Observation> OrbDetector::find_in(const Frame& frame, const CameraModel& camera,
-                                                const cv::Rect& part, double surface_height_m) {
+                                                const cv::Rect& part, double surface_height_m,
+                                                const std::function<bool(const Eigen::Vector2d&)>& allowed) {
   std::optional<Observation> best;
+  const auto consider = [&](const Pose2& pose, AlignMode mode) {
+    auto found = align_at(frame, camera, {pose, surface_height_m}, mode, config_.accept_found);
+    if (found && (!allowed || allowed(found->pose.position()))) keep_better(best, std::move(found));
+  };
   const auto scale = part.empty() ? std::nullopt : scale_at(camera, part, surface_height_m);
   if (!scale) return best;
   if (correlate_) {
@@ -91,16 +96,14 @@ std::optional<Observation> OrbDetector::find_in(const Frame& frame, const Camera
     if (!floor) return best;
     for (const CorrelatePose& found : find_correlate(*correlate_, *appearance_, frame, camera, *floor,
                                                      surface_height_m, config_.correlate)) {
-      keep_better(best, align_at(frame, camera, {found.pose, surface_height_m}, AlignMode::coarse,
-                                 config_.accept_found));
+      consider(found.pose, AlignMode::coarse);
     }
     return best;
   }
   const double upsample = std::clamp(orb_.px_per_metre * *scale, 0.1, 8.0);
   const OrbScene scene = extract_orb(frame, part, upsample);
   for (const OrbPose& found : find_orb(orb_, scene, camera, surface_height_m, config_.orb, kMaxCandidates)) {
-    keep_better(
-        best, align_at(frame, camera, {found.pose, surface_height_m}, AlignMode::fine, config_.accept_found));
+    consider(found.pose, AlignMode::fine);
   }
   if (best) best->source = PoseSource::orb;
   return best;

@@ -1,6 +1,7 @@
 // The detector `orb`: ORB acquires and audits, alignment of the picture tracks.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -36,9 +37,11 @@ class OrbDetector {
                                          double surface_height_m);
 
   /// Searches a part of the frame, all headings: ORB, or correlation where the picture has too few
-  /// features. What is found is aligned, and accepted by accept_found.
+  /// features. What is found is aligned, and accepted by accept_found; places of base_link that are not
+  /// `allowed` (absent: all are) do not count.
   std::optional<Observation> find_in(const Frame& frame, const CameraModel& camera, const cv::Rect& part,
-                                     double surface_height_m);
+                                     double surface_height_m,
+                                     const std::function<bool(const Eigen::Vector2d&)>& allowed = {});
 
   /// A second opinion on a tracked pose: searches around it and returns a better place, if there is one
   /// that the picture fits clearly better. Guards against having settled on a look-alike.
