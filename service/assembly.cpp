@@ -155,6 +155,13 @@ std::shared_ptr<const Appearance> make_appearance(const AppearanceConfig& config
 
 namespace {
 
+std::shared_ptr<const CalibrationInUse> calibration_in_use(const Config& config, const CameraConfig& camera) {
+  return std::make_shared<const CalibrationInUse>(CalibrationInUse{
+      .document = camera.calibrated ? *camera.calibrated
+                                    : calibration_of(camera_model(camera), camera_uncertainty(camera)),
+      .file = calibration_path(config, camera)});
+}
+
 // `simulator`: what the source shows, where it is the simulator.
 Assembly assemble(const Config& config, std::shared_ptr<FrameSource> source,
                   const SimulatorFrames* simulator) {
@@ -165,7 +172,7 @@ Assembly assemble(const Config& config, std::shared_ptr<FrameSource> source,
                     .robots = {},
                     .tracker = tracker_config(config)};
   for (const CameraConfig& camera : config.cameras)
-    assembly.cameras.push_back({camera.id, camera_model(camera)});
+    assembly.cameras.push_back({camera.id, camera_model(camera), calibration_in_use(config, camera)});
   if (simulator != nullptr) {
     take_from_scenario(config, *simulator, assembly);
   } else if (std::holds_alternative<CamerasSource>(config.source.input)) {

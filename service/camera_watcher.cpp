@@ -27,6 +27,12 @@ void CameraWatcher::offer(const Frame& frame) {
   wake_.notify_all();
 }
 
+void CameraWatcher::relearn(std::size_t camera) {
+  const std::lock_guard lock(mutex_);
+  cameras_.at(camera).anew = true;
+  cameras_.at(camera).report = {};
+}
+
 CameraWatchReport CameraWatcher::report(std::size_t camera) const {
   const std::lock_guard lock(mutex_);
   return cameras_.at(camera).report;
@@ -39,10 +45,11 @@ void CameraWatcher::run() {
     for (Camera& camera : cameras_) {
       if (!camera.waiting || stopping_) continue;
       const Frame frame = *std::exchange(camera.waiting, std::nullopt);
+      if (std::exchange(camera.anew, false)) camera.watch.relearn();
       lock.unlock();
       const CameraWatchReport now = camera.watch.look(frame);
       lock.lock();
-      camera.report = now;
+      if (!camera.anew) camera.report = now;
       looked = true;
     }
     if (!looked && !stopping_) wake_.wait(lock);

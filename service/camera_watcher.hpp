@@ -23,6 +23,10 @@ class CameraWatcher {
   /// Its image must not be written to any more.
   void offer(const Frame& frame);
 
+  /// After a new calibration: what the camera sees from now on is right. Its report is that of the beginning
+  /// at once. Any thread.
+  void relearn(std::size_t camera);
+
   /// As of the newest look. Any thread.
   CameraWatchReport report(std::size_t camera) const;
 
@@ -31,6 +35,7 @@ class CameraWatcher {
     CameraWatch watch;
     std::optional<Frame> waiting;
     CameraWatchReport report;
+    bool anew = false;  ///< the watch is to begin again before its next look
   };
 
   void run();

@@ -77,16 +77,7 @@ void resolve_paths(Config& config, const Resolver& resolve) {
   for (CameraConfig& camera : config.cameras) {
     if (camera.calibration) resolve(*camera.calibration);
   }
-}
-
-void read_calibrations(Config& config) {
-  for (CameraConfig& camera : config.cameras) {
-    if (!camera.calibration) continue;
-    camera.calibrated = read_calibration(*camera.calibration);
-    if (!camera.calibrated->map_from_camera)
-      throw settings::Error(*camera.calibration, 0, "map_from_camera",
-                            "is missing: run skylight calibrate extrinsics");
-  }
+  if (config.calibration_dir) resolve(*config.calibration_dir);
 }
 
 /// Straight down: x right, y down in the picture, so that map z is -z of the camera.
@@ -143,6 +134,35 @@ std::map<std::string, std::string> skylight_environment() {
   return variables;
 }
 
+std::filesystem::path calibration_path(const Config& config, const CameraConfig& camera) {
+  if (camera.calibration) return *camera.calibration;
+  if (!config.calibration_dir) return {};
+  return std::filesystem::path(*config.calibration_dir) / (camera.id + ".json");
+}
+
+void read_calibrations(Config& config) {
+  for (CameraConfig& camera : config.cameras) {
+    const std::filesystem::path file = calibration_path(config, camera);
+    std::error_code unknown;
+    if (file.empty() || (!camera.calibration && !std::filesystem::exists(file, unknown))) continue;
+    camera.calibrated.reset();
+    CalibrationFile read = read_calibration(file);
+    if (!read.map_from_camera)
+      throw settings::Error(file.string(), 0, "map_from_camera",
+                            "is missing: run skylight calibrate extrinsics");
+    if (!camera.calibration) {  // the camera says itself how large its pictures are
+      const Intrinsics said = camera_model(camera).intrinsics();
+      if (said.width_px != read.intrinsics.width_px || said.height_px != read.intrinsics.height_px)
+        throw settings::Error(file.string(), 0, "intrinsics",
+                              "is of pictures of " + std::to_string(read.intrinsics.width_px) + " x " +
+                                  std::to_string(read.intrinsics.height_px) + " px, camera '" + camera.id +
+                                  "' has " + std::to_string(said.width_px) + " x " +
+                                  std::to_string(said.height_px) + " px");
+    }
+    camera.calibrated = std::move(read);
+  }
+}
+
 Config load_config(const ConfigLayers& layers) {
   settings::Document document =
       layers.file ? settings::load(*layers.file) : settings::parse("{}", "configuration");
@@ -163,11 +183,16 @@ std::string config_json(const Config& config) {
 }
 
 CameraModel camera_model(const CameraConfig& camera) {
-  if (camera.calibration) return camera_model(camera.calibrated.value());
+  if (camera.calibration || camera.calibrated) return camera_model(camera.calibrated.value());
   const Intrinsics intrinsics =
       camera.intrinsics ? *camera.intrinsics : scaled_intrinsics(camera.overhead.value());
   return {intrinsics,
           camera.overhead ? isometry(*camera.overhead) : isometry(camera.map_from_camera.value())};
+}
+
+CameraUncertainty camera_uncertainty(const CameraConfig& camera) {
+  return camera.calibrated ? uncertainty_of(*camera.calibrated)
+                           : camera_uncertainty(camera.uncertainty.value_or(CalibrationSigmas{}));
 }
 
 FrameCut frame_cut(const AppearanceConfig& appearance) {
@@ -218,9 +243,7 @@ TrackerConfig tracker_config(const Config& config) {
                   [](const CameraConfig& camera) { return camera.uncertainty || camera.calibrated; });
   for (const CameraConfig& camera : config.cameras) {
     if (!calibrated) continue;
-    tracker.calibration.push_back(camera.calibrated
-                                      ? uncertainty_of(*camera.calibrated)
-                                      : camera_uncertainty(camera.uncertainty.value_or(CalibrationSigmas{})));
+    tracker.calibration.push_back(camera_uncertainty(camera));
   }
   return tracker;
 }

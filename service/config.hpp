@@ -139,7 +139,7 @@ struct OverheadPose {
 struct CameraConfig {
   std::string id{};
   std::optional<std::string> calibration{};  ///< file that `skylight calibrate` wrote; says all of the rest
-  std::optional<CalibrationFile> calibrated{};  ///< what stands in it, read by load_config()
+  std::optional<CalibrationFile> calibrated{};  ///< what stands in its file, read by load_config()
   std::optional<Intrinsics> intrinsics{};
   std::optional<CameraPose> map_from_camera{};
   std::optional<OverheadPose> overhead{};
@@ -223,6 +223,9 @@ struct Config {
   ServerConfig server{};
   SourceConfig source{};
   std::vector<CameraConfig> cameras{};  ///< empty with the simulator: the scenario's
+  /// Folder for calibrations that are made while the service runs, of cameras that name no file of their
+  /// own: <camera>.json. What is there counts instead of what the camera itself says. Absent: not kept.
+  std::optional<std::string> calibration_dir{};
   std::vector<AppearanceConfig> appearances{};
   TrackingConfig tracker{};
   std::vector<RobotConfig> robots{};  ///< empty with the simulator: the scenario's
@@ -254,6 +257,13 @@ Config load_config(const ConfigLayers& layers);
 /// The JSON Schema of the configuration file, and a configuration as a file.
 std::string config_schema();
 std::string config_json(const Config& config);
+
+/// Reads the calibrations that the cameras have in files, as load_config() does. Throws settings::Error.
+void read_calibrations(Config& config);
+/// The camera's file for its calibration, whether it is there or not; empty: it has none.
+std::filesystem::path calibration_path(const Config& config, const CameraConfig& camera);
+/// How well the camera is known by its calibration, or by what it says itself.
+CameraUncertainty camera_uncertainty(const CameraConfig& camera);
 
 /// What the tracker takes. The configuration has been checked by load_config().
 CameraModel camera_model(const CameraConfig& camera);

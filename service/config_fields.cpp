@@ -400,6 +400,11 @@ void describe(Fields& fields, Config& config) {
   fields.field("source", config.source);
   fields.field("cameras", config.cameras,
                {.max_items = 64, .help = "With the simulator, empty: the scenario's."});
+  fields.field("calibration_dir", config.calibration_dir,
+               {.min_length = 1,
+                .help = "Folder in which calibrations made over the API are kept, CAMERA.json each, of "
+                        "cameras that name no file of their own; what is there counts instead of what the "
+                        "camera itself says. Absent: they are lost when the service ends."});
   fields.field("appearances", config.appearances, {.max_items = 10000});
   fields.field("tracker", config.tracker);
   RobotConfig prototype;

@@ -82,6 +82,20 @@ std::optional<Event> hold_event(const CameraSnapshot& camera, CameraHold before)
   return out;
 }
 
+Event calibration_event(const CameraSnapshot& camera, const CameraModel& before) {
+  const Eigen::Isometry3d moved = before.map_from_camera().inverse() * camera.model->map_from_camera();
+  const double shift_mm = 1e3 * moved.translation().norm();
+  const double turn_deg = Eigen::AngleAxisd(moved.linear()).angle() * 180.0 / std::numbers::pi;
+  char words[96];
+  std::snprintf(words, sizeof words, " has a new calibration: %.1f mm and %.2f degrees from the one before",
+                shift_mm, turn_deg);
+  return {.kind = "calibration.changed",
+          .severity = Severity::info,
+          .camera = camera.id,
+          .message = "camera " + camera.id + words,
+          .data = {{"shift_mm", shift_mm}, {"turn_deg", turn_deg}}};
+}
+
 std::vector<Event> robot_events(const RobotSpecs& before, const RobotSpecs& after) {
   std::vector<Event> out;
   for (const auto& was : before) {

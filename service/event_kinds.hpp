@@ -5,6 +5,7 @@
 //   camera.moved     a camera hangs elsewhere than before            data: since, shift_px, degrees
 //   camera.back      it sees the floor where it was again            data: since
 //   camera.blind     it sees too little of the floor to tell         data: since
+//   calibration.changed  a camera has another calibration         data: shift_mm, turn_deg
 //   robot.added, robot.changed, robot.removed
 #pragma once
 
@@ -26,6 +27,9 @@ Event feed_event(const std::string& camera, const FeedStatus& feed);
 /// What the watch over `camera` has come to (`hold` is there), which was `before`; none where it has only
 /// learnt what the floor looks like.
 std::optional<Event> hold_event(const CameraSnapshot& camera, CameraHold before);
+
+/// `camera` has its new calibration; `before`: what it was by the one before.
+Event calibration_event(const CameraSnapshot& camera, const CameraModel& before);
 
 /// How far the camera was turned, to move the floor in its picture as far as it was moved, radians: about the
 /// optical axis, and across it as though it had only been turned.

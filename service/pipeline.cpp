@@ -90,8 +90,12 @@ void Pipeline::install(std::vector<NamedCamera> cameras) {
   next_ = Snapshot{.sequence = next_.sequence, .source_error = {}, .robots = {}, .cameras = {}};
   watcher_ = options_.watch ? std::make_unique<CameraWatcher>(*options_.watch, cameras.size()) : nullptr;
   for (NamedCamera& camera : cameras) {
+    if (!camera.calibration)
+      camera.calibration =
+          std::make_shared<const CalibrationInUse>(CalibrationInUse{calibration_of(camera.model, {})});
     next_.cameras.push_back({.id = std::move(camera.id),
                              .model = std::make_shared<const CameraModel>(camera.model),
+                             .calibration = std::move(camera.calibration),
                              .image = {}});
   }
   take_specs();
@@ -164,6 +168,30 @@ void Pipeline::change(const std::function<void(Tracker&)>& change) {
   }
   wake_.notify_all();
   done.get();
+}
+
+// On the tracking thread between two frames: nobody sees one camera's new place beside another's old one.
+void Pipeline::recalibrate(const std::vector<Recalibration>& cameras) {
+  change([&](Tracker& tracker) {
+    std::vector<std::size_t> indices;
+    for (const Recalibration& each : cameras) {
+      const CameraSnapshot* camera = next_.camera(each.camera);
+      if (camera == nullptr) throw std::invalid_argument("there is no camera '" + each.camera + "'");
+      indices.push_back(static_cast<std::size_t>(camera - next_.cameras.data()));
+    }
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      const CalibrationFile& document = cameras[i].calibration->document;
+      const CameraModel model = camera_model(document);
+      tracker.recalibrate(indices[i], model, uncertainty_of(document));
+      CameraSnapshot& camera = next_.cameras[indices[i]];
+      const auto before = std::exchange(camera.model, std::make_shared<const CameraModel>(model));
+      camera.calibration = cameras[i].calibration;
+      events().add(calibration_event(camera, *before));
+      if (!watcher_) continue;
+      watcher_->relearn(indices[i]);
+      camera.hold = watcher_->report(indices[i]);
+    }
+  });
 }
 
 void Pipeline::set_source(SourceState state, const std::string& error) {

@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "service/calibration/in_use.hpp"
 #include "service/camera_watcher.hpp"
 #include "service/clock.hpp"
 #include "service/event_log.hpp"
@@ -29,6 +30,14 @@ namespace skylight::service {
 struct NamedCamera {
   std::string id;
   CameraModel model;
+  /// What the model was made from; null: nothing but the model, which is known exactly.
+  std::shared_ptr<const CalibrationInUse> calibration{};
+};
+
+/// A camera's new calibration.
+struct Recalibration {
+  std::string camera;
+  std::shared_ptr<const CalibrationInUse> calibration;
 };
 
 /// What a pipeline runs over: the source, its cameras and the tracker for them, in the same order.
@@ -68,6 +77,11 @@ class Pipeline {
   /// snapshot; rethrows what it throws. Throws std::runtime_error when the pipeline is stopped. Before
   /// start() it waits.
   void change(const std::function<void(Tracker&)>& change);
+
+  /// Takes new calibrations into use, all between the same two frames: tracker, snapshots and the watch over
+  /// the cameras follow. Throws std::invalid_argument for a camera that is not there or has pictures of
+  /// another size, and as change().
+  void recalibrate(const std::vector<Recalibration>& cameras);
 
   /// What robots say of their motion; handed to the tracker before the first frame that is as new. Robots
   /// that are gone are forgotten, all of them by restart().

@@ -47,6 +47,7 @@ void SimulatorDesk::load(const std::string& scenario, std::optional<std::uint64_
 
 void SimulatorDesk::reset() {
   const std::lock_guard changing(changing_);
+  read_calibrations(config_);  // they may be new
   begin(config_);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "service/calibration/in_use.hpp"
 #include "service/sources/feed_status.hpp"
 #include "tracker/camera_watch.hpp"
 #include "tracker/tracker.hpp"
@@ -23,9 +24,10 @@ struct RobotSnapshot {
 struct CameraSnapshot {
   std::string id;
   std::shared_ptr<const CameraModel> model;
-  std::uint64_t frames = 0;          ///< tracked
-  std::uint64_t dropped = 0;         ///< not tracked, because a newer one was there
-  std::uint64_t bad_frames = 0;      ///< that could not be read or looked at
+  std::shared_ptr<const CalibrationInUse> calibration{};  ///< what the model was made from; never null
+  std::uint64_t frames = 0;                               ///< tracked
+  std::uint64_t dropped = 0;                              ///< not tracked, because a newer one was there
+  std::uint64_t bad_frames = 0;                           ///< that could not be read or looked at
   double frame_rate_hz = 0.0;        ///< of the last second or so, 0 until there are two frames
   Time captured{};                   ///< of the newest frame
   cv::Mat image;                     ///< the newest frame; never written to

@@ -116,19 +116,21 @@ Json to_json(const CameraWatchReport& hold) {
           {"shift_px", number(hold.shift_px)}};
 }
 
+Json to_json(const Intrinsics& in) {
+  return {{"width_px", in.width_px},
+          {"height_px", in.height_px},
+          {"fx_px", in.fx_px},
+          {"fy_px", in.fy_px},
+          {"cx_px", in.cx_px},
+          {"cy_px", in.cy_px},
+          {"lens", in.lens == LensModel::brown_conrady ? "brown_conrady" : "kannala_brandt"},
+          {"distortion", in.distortion}};
+}
+
 Json to_json(const CameraSnapshot& camera) {
-  const Intrinsics& in = camera.model->intrinsics();
   const bool seen = camera.frames > 0;
   return {{"id", camera.id},
-          {"intrinsics",
-           {{"width_px", in.width_px},
-            {"height_px", in.height_px},
-            {"fx_px", in.fx_px},
-            {"fy_px", in.fy_px},
-            {"cx_px", in.cx_px},
-            {"cy_px", in.cy_px},
-            {"lens", in.lens == LensModel::brown_conrady ? "brown_conrady" : "kannala_brandt"},
-            {"distortion", in.distortion}}},
+          {"intrinsics", to_json(camera.model->intrinsics())},
           {"map_from_camera", to_json(camera.model->map_from_camera())},
           {"captured", seen ? Json(unix_seconds(camera.captured)) : Json(nullptr)},
           {"frames", camera.frames},

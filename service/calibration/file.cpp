@@ -222,6 +222,8 @@ void set_uncertainty(CalibrationFile& calibration, const CameraUncertainty& unce
   std::copy_n(sigma.data() + kDistortion, 5, s.distortion.begin());
   std::copy_n(sigma.data() + kCameraPosition, 3, s.position_m.begin());
   std::copy_n(sigma.data() + kCameraRotation, 3, s.rotation_rad.begin());
+  calibration.correlations.clear();
+  if (uncertainty.covariance.isDiagonal(0.0)) return;
   calibration.correlations.assign(kSide, std::vector<double>(kSide, 0.0));
   for (Eigen::Index i = 0; i < kCameraParameters; ++i) {
     for (Eigen::Index j = 0; j < kCameraParameters; ++j) {
@@ -244,6 +246,14 @@ CalibratedPose calibrated_pose(const Eigen::Isometry3d& map_from_camera) {
   const Eigen::Quaterniond q(map_from_camera.linear());
   const auto& t = map_from_camera.translation();
   return {.position_m = {t.x(), t.y(), t.z()}, .quaternion_xyzw = {q.x(), q.y(), q.z(), q.w()}};
+}
+
+CalibrationFile calibration_of(const CameraModel& camera, const CameraUncertainty& uncertainty) {
+  CalibrationFile out;
+  out.intrinsics = camera.intrinsics();
+  out.map_from_camera = calibrated_pose(camera.map_from_camera());
+  set_uncertainty(out, uncertainty);
+  return out;
 }
 
 CameraModel camera_model(const CalibrationFile& calibration) {

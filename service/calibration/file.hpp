@@ -11,6 +11,10 @@
 #include "tracker/camera.hpp"
 #include "tracker/camera_uncertainty.hpp"
 
+namespace skylight::settings {
+class Fields;
+}
+
 namespace skylight::service {
 
 /// The optical frame (z forward, x right, y down) in `map`.
@@ -58,6 +62,8 @@ struct CalibrationFile {
   std::optional<CalibrationStep> extrinsics_made{};
 };
 
+void describe(settings::Fields& fields, CalibrationFile& calibration);
+
 /// Throws settings::Error naming file, line, key and range.
 CalibrationFile read_calibration(const std::filesystem::path& file);
 std::string calibration_json(const CalibrationFile& calibration);
@@ -84,6 +90,8 @@ CameraUncertainty uncertainty_of(const CalibrationFile& calibration);
 void set_uncertainty(CalibrationFile& calibration, const CameraUncertainty& uncertainty);
 Eigen::Isometry3d pose_of(const CalibratedPose& pose);
 CalibratedPose calibrated_pose(const Eigen::Isometry3d& map_from_camera);
+/// The calibration that says no more than this: where nobody calibrated, or somebody wrote it down.
+CalibrationFile calibration_of(const CameraModel& camera, const CameraUncertainty& uncertainty);
 /// Of a calibration that has its pose.
 CameraModel camera_model(const CalibrationFile& calibration);
 

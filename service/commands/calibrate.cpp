@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 #include <numbers>
 
@@ -21,41 +19,10 @@ namespace skylight::service {
 
 using settings::Fields;
 
-void describe(Fields& fields, SheetTag& tag) {
-  fields.about("A tag on the sheet: where its middle lies, and where its right side points.");
-  fields.field("family", tag.family,
-               {.help = "36h11, 25h9, 16h5, or a dictionary of ArUco markers as 4x4_50."});
-  fields.field("id", tag.id, {.min = 0, .required = true});
-  fields.field("x_m", tag.x_m, {.min = -1e4, .max = 1e4, .unit = "m", .required = true});
-  fields.field("y_m", tag.y_m, {.min = -1e4, .max = 1e4, .unit = "m", .required = true});
-  fields.field("yaw_deg", tag.yaw_deg, {.min = -360, .max = 360, .unit = "deg"});
-  fields.field(
-      "size_m", tag.size_m,
-      {.min = 0.005, .max = 10, .unit = "m", .required = true, .help = "Outer edge of the black border."});
-}
-
-void describe(Fields& fields, SheetPlace& place) {
-  fields.about("Where the sheet lies in map, and how well that was measured.");
-  fields.field("x_m", place.x_m, {.min = -1e4, .max = 1e4, .unit = "m", .required = true});
-  fields.field("y_m", place.y_m, {.min = -1e4, .max = 1e4, .unit = "m", .required = true});
-  fields.field("yaw_deg", place.yaw_deg, {.min = -360, .max = 360, .unit = "deg"});
-  fields.field("sigma_m", place.sigma_m, {.min = 0, .max = 1, .unit = "m"});
-  fields.field("sigma_deg", place.sigma_deg, {.min = 0, .max = 57, .unit = "deg"});
-}
-
-void describe(Fields& fields, SheetFile& sheet) {
-  fields.about("What lies on the floor as one piece.");
-  fields.field("name", sheet.name, {.min_length = 1, .required = true});
-  fields.field("place", sheet.place, {.help = "Absent: not measured, the cameras find it out."});
-  fields.field("tags", sheet.tags);
-  fields.field("board", sheet.board, {.help = "A board, its middle the origin, as chessboard:9x6:0.025."});
-  fields.check(!sheet.tags.empty() || sheet.board, "tags", "is empty, and there is no board");
-}
-
 namespace {
 
 struct SheetList {
-  std::vector<SheetFile> sheets{};
+  std::vector<FloorSheet> sheets{};
 };
 void describe(Fields& fields, SheetList& list) {
   fields.field("sheets", list.sheets, {.min_items = 1, .required = true});
@@ -81,15 +48,6 @@ bool read_number(std::string_view text, double& value) {
 }
 
 }  // namespace
-
-std::string utc_now() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
-}
 
 std::vector<double> numbers_of(const std::string& text, std::size_t count, const std::string& option,
                                const std::string& form) {
@@ -118,7 +76,7 @@ void check_size(const CalibrationFile& calibration, const std::string& file, con
                            std::to_string(in.width_px) + " x " + std::to_string(in.height_px) + " px");
 }
 
-std::vector<SheetFile> read_sheets(const std::filesystem::path& file) {
+std::vector<FloorSheet> read_sheets(const std::filesystem::path& file) {
   return settings::read<SheetList>(settings::load(file)).sheets;
 }
 

@@ -7,8 +7,8 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include "service/calibration/extrinsics.hpp"
 #include "service/calibration/file.hpp"
+#include "service/calibration/sheets.hpp"
 #include "service/commands/commands.hpp"
 
 namespace skylight::service {
@@ -17,9 +17,6 @@ void add_calibrate_intrinsics(CLI::App& calibrate, Run& run);
 void add_calibrate_extrinsics(CLI::App& calibrate, Run& run);
 void add_calibrate_map(CLI::App& calibrate, Run& run);
 void add_calibrate_restore(CLI::App& calibrate, Run& run);
-
-/// Now, UTC, ISO 8601.
-std::string utc_now();
 
 /// Numbers between commas, as many as wanted. Throws UsageError naming the option and what it wants.
 std::vector<double> numbers_of(const std::string& text, std::size_t count, const std::string& option,
@@ -32,29 +29,8 @@ void save(const std::filesystem::path& file, const CalibrationFile& calibration)
 void check_size(const CalibrationFile& calibration, const std::string& file, const cv::Mat& picture,
                 const std::string& picture_name);
 
-/// Sheets from a JSON file (--tags) and what is on them; see sheet_help().
-struct SheetTag {
-  std::string family = "36h11";
-  int id = 0;
-  double x_m = 0.0;
-  double y_m = 0.0;
-  double yaw_deg = 0.0;
-  double size_m = 0.0;
-};
-struct SheetPlace {
-  double x_m = 0.0;
-  double y_m = 0.0;
-  double yaw_deg = 0.0;
-  double sigma_m = 0.002;
-  double sigma_deg = 0.2;
-};
-struct SheetFile {
-  std::string name{};
-  std::optional<SheetPlace> place{};
-  std::vector<SheetTag> tags{};
-  std::optional<std::string> board{};
-};
-std::vector<SheetFile> read_sheets(const std::filesystem::path& file);
+/// Sheets from a JSON file (--tags).
+std::vector<FloorSheet> read_sheets(const std::filesystem::path& file);
 
 /// Clicked points: a CSV file with a heading, columns u_px, v_px, x_m, y_m and, if wanted, z_m and name.
 /// Throws std::runtime_error naming file and line.

@@ -1,13 +1,12 @@
 #include <algorithm>
 #include <cstdio>
-#include <map>
 #include <numbers>
 
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "service/calibration/board.hpp"
-#include "service/calibration/tags.hpp"
+#include "service/calibration/documents.hpp"
+#include "service/clock.hpp"
 #include "service/commands/calibrate.hpp"
 #include "service/sources/video.hpp"
 
@@ -15,16 +14,11 @@ namespace skylight::service {
 namespace {
 
 namespace fs = std::filesystem;
-using calibration::ExtrinsicsInput;
-using calibration::FloorPlace;
 using calibration::SeeingCamera;
 using calibration::SeenPoint;
 using Json = nlohmann::ordered_json;
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-/// Of corners that are found in pictures, to begin with; the residuals say what it is.
-constexpr double kTagSigmaPx = 0.15;
-constexpr double kBoardSigmaPx = 0.1;
 
 struct ExtrinsicsFlags {
   std::vector<std::string> cameras;
@@ -42,17 +36,6 @@ struct ExtrinsicsFlags {
   double height_sigma_m = 0.01;
   bool dry_run = false;
   bool json = false;
-};
-
-/// What lies on the floor, by sheet, for the pictures to be searched for.
-struct SheetContents {
-  std::map<std::pair<std::string, int>, SheetTag> tags;  ///< by dictionary and id
-  std::optional<calibration::Board> board;
-};
-
-struct Floor {
-  std::vector<calibration::Sheet> sheets;
-  std::vector<SheetContents> contents;
 };
 
 /// --tag FAMILY:ID@X,Y,YAW:SIZE
@@ -76,141 +59,27 @@ SheetTag tag_of(const std::string& text) {
           .size_m = size[0]};
 }
 
-std::string dictionary_of(const std::string& family) {
-  try {
-    return calibration::tag_dictionary(family);
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(error.what());
-  }
-}
-
-void add_tag(Floor& floor, SheetContents& contents, const SheetTag& tag) {
-  const std::pair key(dictionary_of(tag.family), tag.id);
-  for (const SheetContents& other : floor.contents) {
-    if (other.tags.contains(key))
-      throw UsageError("tag " + tag.family + ":" + std::to_string(tag.id) + " is named twice");
-  }
-  if (!contents.tags.emplace(key, tag).second)
-    throw UsageError("tag " + tag.family + ":" + std::to_string(tag.id) + " is named twice");
-}
-
-calibration::Board upright_board(const std::string& text) {
-  calibration::Board board;
-  try {
-    board = calibration::parse_board(text);
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(error.what());
-  }
-  if (!board.has_one_place())
-    throw UsageError("board \"" + text +
-                     "\" looks the same turned by half a turn, so that its place tells no yaw: use "
-                     "one with one odd and one even count of corners, or a ChArUco board");
-  return board;
-}
-
-Floor floor_of(const ExtrinsicsFlags& flags) {
-  Floor floor;
-  const auto add = [&](calibration::Sheet sheet, SheetContents contents) {
-    floor.sheets.push_back(std::move(sheet));
-    floor.contents.push_back(std::move(contents));
-  };
-  add({.name = "points", .place = FloorPlace{}}, {});
-  for (const std::string& text : flags.tags) {
-    SheetTag tag = tag_of(text);
-    // Each lies for itself: a tag that was laid down with so much care is turned by as much over its half.
-    calibration::Sheet sheet{.name = "tag " + tag.family + ":" + std::to_string(tag.id),
-                             .place = FloorPlace{tag.x_m, tag.y_m, tag.yaw_deg * kRadPerDeg},
-                             .sigma_m = flags.place_sigma_m,
-                             .sigma_rad = std::min(1.0, flags.place_sigma_m / (0.5 * tag.size_m))};
-    tag.x_m = tag.y_m = tag.yaw_deg = 0.0;
-    SheetContents contents;
-    add_tag(floor, contents, tag);
-    add(std::move(sheet), std::move(contents));
-  }
+FloorDescription description_of(const ExtrinsicsFlags& flags) {
+  FloorDescription floor{.place_sigma_m = flags.place_sigma_m};
+  for (const std::string& text : flags.tags) floor.tags.push_back(tag_of(text));
   for (const std::string& file : flags.sheets) {
-    for (const SheetFile& described : read_sheets(file)) {
-      calibration::Sheet sheet{.name = "sheet " + described.name};
-      if (described.place) {
-        sheet.place =
-            FloorPlace{described.place->x_m, described.place->y_m, described.place->yaw_deg * kRadPerDeg};
-        sheet.sigma_m = described.place->sigma_m;
-        sheet.sigma_rad = described.place->sigma_deg * kRadPerDeg;
-      }
-      SheetContents contents;
-      for (const SheetTag& tag : described.tags) add_tag(floor, contents, tag);
-      if (described.board) contents.board = upright_board(*described.board);
-      add(std::move(sheet), std::move(contents));
-    }
+    for (FloorSheet& sheet : read_sheets(file)) floor.sheets.push_back(std::move(sheet));
   }
   if (!flags.board.empty()) {
     const auto at = numbers_of(flags.board_at, 3, "--board-at", "place X,Y,YAW (metres, degrees)");
-    SheetContents contents{.board = upright_board(flags.board)};
-    // The map is where the board lies: that it was laid down askew is nobody's error.
-    add({.name = "board", .place = FloorPlace{at[0], at[1], at[2] * kRadPerDeg}}, std::move(contents));
+    floor.board = FloorBoard{
+        flags.board, {.x_m = at[0], .y_m = at[1], .yaw_deg = at[2], .sigma_m = 0.0, .sigma_deg = 0.0}};
   }
   return floor;
 }
 
-class Search {
- public:
-  explicit Search(const Floor& floor) : floor_(floor) {}
-
-  /// What of the floor a picture shows.
-  void look(const std::string& name, const cv::Mat& picture, SeeingCamera& camera) {
-    const CameraModel lens(camera.intrinsics, Eigen::Isometry3d::Identity());
-    std::map<std::string, std::vector<calibration::TagSighting>> seen;
-    for (std::size_t sheet = 0; sheet < floor_.sheets.size(); ++sheet) {
-      for (const auto& [key, tag] : floor_.contents[sheet].tags) {
-        if (!seen.contains(key.first)) seen[key.first] = calibration::find_tags(picture, key.first, lens);
-        for (const auto& sighting : seen[key.first]) {
-          if (sighting.id == key.second) add_tag_points(sheet, tag, sighting, camera);
-        }
-      }
-      if (floor_.contents[sheet].board) add_board_points(name, sheet, picture, camera);
-    }
+Floor floor_of(const ExtrinsicsFlags& flags) {
+  try {
+    return Floor(description_of(flags));
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
   }
-
- private:
-  void add_tag_points(std::size_t sheet, const SheetTag& tag, const calibration::TagSighting& seen,
-                      SeeingCamera& camera) {
-    const auto corners = calibration::tag_points(tag.size_m);
-    const Eigen::Rotation2Dd turn(tag.yaw_deg * kRadPerDeg);
-    constexpr std::array kNames{"top left", "top right", "bottom right", "bottom left"};
-    ++group_;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const Eigen::Vector2d at = Eigen::Vector2d(tag.x_m, tag.y_m) + turn * corners[i];
-      camera.points.push_back({.name = "tag " + tag.family + ":" + std::to_string(tag.id) + ", " + kNames[i],
-                               .sheet = sheet,
-                               .at = {at.x(), at.y(), 0.0},
-                               .pixel = seen.corners[i],
-                               .sigma_px = kTagSigmaPx,
-                               .group = group_});
-    }
-  }
-
-  void add_board_points(const std::string& name, std::size_t sheet, const cv::Mat& picture,
-                        SeeingCamera& camera) {
-    std::string why;
-    const calibration::Board& board = *floor_.contents[sheet].board;
-    const auto seen = calibration::find_board(picture, board, why);
-    if (!seen) {
-      std::fprintf(stderr, "%s: %s is not found: %s\n", name.c_str(), to_string(board).c_str(), why.c_str());
-      return;
-    }
-    const auto points = calibration::board_points(board);
-    ++group_;
-    for (std::size_t i = 0; i < seen->corners.size(); ++i)
-      camera.points.push_back({.name = "board, corner " + std::to_string(seen->corners[i] + 1),
-                               .sheet = sheet,
-                               .at = points[static_cast<std::size_t>(seen->corners[i])],
-                               .pixel = seen->pixels[i],
-                               .sigma_px = kBoardSigmaPx,
-                               .group = group_});
-  }
-
-  const Floor& floor_;
-  int group_ = 0;
-};
+}
 
 /// A camera of the command line: FILE=INPUT,INPUT.
 struct CameraArgument {
@@ -238,16 +107,13 @@ CameraArgument camera_argument(const ExtrinsicsFlags& flags, const std::string& 
   return out;
 }
 
-/// The intrinsics as their own pictures gave them: points of an earlier extrinsics calibration, perhaps the
-/// same, are not counted twice.
-CalibrationFile before_extrinsics(const fs::path& path, const CalibrationFile& now) {
-  if (!now.extrinsics_made) return now;
-  for (const CalibrationVersion& version : calibration_versions(path)) {
-    const CalibrationFile earlier = read_calibration(version.file);
-    if (!earlier.extrinsics_made && earlier.intrinsics_made && now.intrinsics_made &&
-        earlier.intrinsics_made->made == now.intrinsics_made->made)
-      return earlier;
-  }
+/// The lens as it was before an earlier extrinsics calibration refined it.
+CalibrationFile lens_of(const fs::path& path) {
+  CalibrationFile now = read_calibration(path);
+  std::vector<CalibrationFile> versions;
+  for (const CalibrationVersion& version : calibration_versions(path))
+    versions.push_back(read_calibration(version.file));
+  if (auto earlier = before_extrinsics(now, versions)) return *earlier;
   std::fprintf(
       stderr,
       "%s: its intrinsics were refined by an earlier extrinsics calibration, and no version from before is "
@@ -260,7 +126,7 @@ CalibrationFile before_extrinsics(const fs::path& path, const CalibrationFile& n
 CalibrationFile start_of(const ExtrinsicsFlags& flags, const CameraArgument& argument, SeeingCamera& camera) {
   CalibrationFile file;
   if (flags.size.empty()) {
-    file = before_extrinsics(argument.file, read_calibration(argument.file));
+    file = lens_of(argument.file);
     camera.covariance = uncertainty_of(file).covariance.topLeftCorner<kCameraPosition, kCameraPosition>();
   } else {
     const std::size_t x = flags.size.find('x');
@@ -285,12 +151,13 @@ CalibrationFile start_of(const ExtrinsicsFlags& flags, const CameraArgument& arg
 }
 
 void gather(const ExtrinsicsFlags& flags, const CameraArgument& argument, const CalibrationFile& file,
-            Search& search, SeeingCamera& camera) {
+            Floor& floor, SeeingCamera& camera) {
   for (const std::string& input : argument.inputs) {
     if (fs::path(input).extension() != ".csv") {
       const cv::Mat picture = read_picture(input, cv::IMREAD_COLOR);
       check_size(file, argument.file.string(), picture, input);
-      search.look(input, picture, camera);
+      for (const std::string& note : floor.look(input, picture, camera))
+        std::fprintf(stderr, "%s\n", note.c_str());
       continue;
     }
     for (SeenPoint point : read_points(input)) {
@@ -299,21 +166,6 @@ void gather(const ExtrinsicsFlags& flags, const CameraArgument& argument, const 
       camera.points.push_back(std::move(point));
     }
   }
-}
-
-void describe_result(const calibration::CameraResult& result, const std::string& from,
-                     CalibrationFile& file) {
-  file.intrinsics = result.intrinsics;
-  file.map_from_camera = calibrated_pose(result.map_from_camera);
-  set_uncertainty(file, result.uncertainty);
-  CalibrationStep& step = file.extrinsics_made.emplace(
-      CalibrationStep{.made = utc_now(), .from = from, .rms_px = result.rms_px, .rms_m = result.rms_m});
-  for (const calibration::PointResult& point : result.points)
-    step.sources.push_back(
-        {.name = point.name,
-         .used = point.used,
-         .why_not = point.why_not,
-         .error_px = std::isfinite(point.residual_px.norm()) ? point.residual_px.norm() : 0.0});
 }
 
 void print(const calibration::CameraResult& result) {
@@ -357,25 +209,23 @@ void check_flags(const ExtrinsicsFlags& flags) {
 
 int calibrate(const ExtrinsicsFlags& flags) {
   check_flags(flags);
-  const Floor floor = floor_of(flags);
-  ExtrinsicsInput input{.sheets = floor.sheets, .cameras = {}};
+  Floor floor = floor_of(flags);
+  std::vector<SeeingCamera> cameras;
   std::vector<CameraArgument> arguments;
   std::vector<CalibrationFile> files;
-  Search search(floor);
   for (const std::string& text : flags.cameras) {
     arguments.push_back(camera_argument(flags, text));
     SeeingCamera camera{.name = arguments.back().file.string()};
     files.push_back(start_of(flags, arguments.back(), camera));
     camera.height_m = flags.height_m;
     camera.height_sigma_m = flags.height_sigma_m;
-    gather(flags, arguments.back(), files.back(), search, camera);
-    input.cameras.push_back(std::move(camera));
+    gather(flags, arguments.back(), files.back(), floor, camera);
+    cameras.push_back(std::move(camera));
   }
-  auto result = calibration::calibrate_extrinsics(input);
-  std::erase(result.warnings, "points is seen by no camera");
+  const auto result = calibrate_on(floor, std::move(cameras));
   Json out{{"cameras", Json::array()}, {"warnings", result.warnings}};
   for (std::size_t i = 0; i < files.size(); ++i) {
-    describe_result(result.cameras[i], words_of(flags), files[i]);
+    set_extrinsics(files[i], result.cameras[i], {.made = utc_text(system_now()), .from = words_of(flags)});
     if (flags.json) {
       Json& camera = out["cameras"].emplace_back(Json::parse(calibration_json(files[i])));
       camera["file"] = arguments[i].file.string();

@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "service/calibration/board.hpp"
+#include "service/calibration/documents.hpp"
+#include "service/calibration/views.hpp"
+#include "service/clock.hpp"
 #include "service/commands/calibrate.hpp"
 #include "service/sources/video.hpp"
 
@@ -28,13 +30,11 @@ struct IntrinsicsFlags {
 
 struct Found {
   std::vector<BoardView> views;
-  std::vector<CalibrationSource> without;  ///< pictures in which the board was not found
-  std::string suspicion;
+  std::vector<CalibrationSource> without;  ///< pictures that make no view
   cv::Size size;
 };
 
 constexpr std::size_t kFewestViews = 3;
-constexpr int kSuspects = 3;  ///< pictures that are searched for what is wrong with the board
 
 /// Pictures by name, whatever holds them.
 template <class Use>
@@ -58,42 +58,6 @@ void for_each_picture(const std::string& input, const Use& use) {
     use(path.filename().string() + " #" + std::to_string(number), frame->image);
 }
 
-/// A video holds the board still for a while: a view much like the one before adds nothing.
-bool much_like(const BoardView& a, const BoardView& b, double near_px) {
-  if (a.pixels.size() != b.pixels.size() || a.points != b.points) return false;
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i) sum += (a.pixels[i] - b.pixels[i]).norm();
-  return sum < near_px * static_cast<double>(a.pixels.size());
-}
-
-void look_at(const std::string& name, const cv::Mat& picture, const Board& board, Found& found) {
-  if (found.size.empty()) found.size = picture.size();
-  if (picture.size() != found.size)
-    throw std::runtime_error(name + " is " + std::to_string(picture.cols) + " x " +
-                             std::to_string(picture.rows) + " px, the pictures before it " +
-                             std::to_string(found.size.width) + " x " + std::to_string(found.size.height) +
-                             " px: take all with the same settings");
-  std::string why;
-  const auto seen = calibration::find_board(picture, board, why);
-  if (!seen) {
-    if (found.suspicion.empty() && std::ssize(found.without) < kSuspects)
-      found.suspicion = calibration::suspect_board(picture, board);
-    found.without.push_back({.name = name, .used = false, .why_not = why});
-    return;
-  }
-  const auto points = calibration::board_points(board);
-  BoardView view{.name = name, .pixels = seen->pixels};
-  for (const int corner : seen->corners) view.points.push_back(points[static_cast<std::size_t>(corner)]);
-  const double near_px = 0.01 * picture.cols;
-  const bool known = std::any_of(found.views.begin(), found.views.end(),
-                                 [&](const BoardView& other) { return much_like(view, other, near_px); });
-  if (known) {
-    found.without.push_back({.name = name, .used = false, .why_not = "much like another picture"});
-  } else {
-    found.views.push_back(std::move(view));
-  }
-}
-
 /// Evenly over all of them, so that a long video is not paid for by the square of its length.
 void thin(Found& found, int most) {
   const std::size_t count = found.views.size();
@@ -106,41 +70,29 @@ void thin(Found& found, int most) {
 }
 
 Found find_boards(const IntrinsicsFlags& flags, const Board& board) {
+  calibration::ViewCollector collector(board);
   Found found;
   {
     Progress progress("looking for the board", 0);
     for (const std::string& input : flags.inputs) {
       for_each_picture(input, [&](const std::string& name, const cv::Mat& picture) {
-        look_at(name, picture, board, found);
+        const auto looked = collector.look(name, picture);
+        if (!looked.taken) found.without.push_back({.name = name, .used = false, .why_not = looked.why_not});
         progress.step();
       });
     }
   }
+  found.views = collector.views();
+  found.size = collector.size();
   if (found.views.size() < kFewestViews) {
     std::string why = found.without.empty() ? "there are no more pictures" : found.without.front().why_not;
-    if (!found.suspicion.empty()) why += "; " + found.suspicion;
+    if (!collector.suspicion().empty()) why += "; " + collector.suspicion();
     throw std::runtime_error("the board " + flags.board + " is in " + std::to_string(found.views.size()) +
                              " pictures, at least " + std::to_string(kFewestViews) +
                              " that differ are needed, 10 to 20 are good: " + why);
   }
   thin(found, flags.most_views);
   return found;
-}
-
-CalibrationFile file_of(const calibration::IntrinsicsResult& result, const Found& found,
-                        const std::string& board) {
-  CalibrationFile file;
-  file.intrinsics = result.intrinsics;
-  CameraUncertainty uncertainty;
-  uncertainty.covariance.topLeftCorner<kCameraPosition, kCameraPosition>() = result.covariance;
-  set_uncertainty(file, uncertainty);
-  CalibrationStep& step = file.intrinsics_made.emplace(
-      CalibrationStep{.made = utc_now(), .from = board, .rms_px = result.rms_px});
-  for (const calibration::ViewResult& view : result.views)
-    step.sources.push_back(
-        {.name = view.name, .used = view.used, .why_not = view.why_not, .error_px = view.rms_px});
-  step.sources.insert(step.sources.end(), found.without.begin(), found.without.end());
-  return file;
 }
 
 void print(const calibration::IntrinsicsResult& result, const Found& found) {
@@ -182,7 +134,8 @@ int calibrate(const IntrinsicsFlags& flags) {
   if (flags.lens != "auto")
     options.lens = flags.lens == "pinhole" ? LensModel::brown_conrady : LensModel::kannala_brandt;
   const auto result = calibration::calibrate_intrinsics(found.views, options);
-  const CalibrationFile file = file_of(result, found, to_string(board));
+  CalibrationFile file;
+  set_intrinsics(file, result, found.without, {.made = utc_text(system_now()), .from = to_string(board)});
   if (flags.json) {
     Json out = Json::parse(calibration_json(file));
     out["coverage"] = coverage_map(result.coverage);

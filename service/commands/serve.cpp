@@ -5,6 +5,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "service/calibration/guide.hpp"
 #include "service/commands/commands.hpp"
 #include "service/http/server.hpp"
 #include "service/resources.hpp"
@@ -116,18 +117,25 @@ int serve(const ServeFlags& flags) {
   SimulatorDesk simulator(config, assembly.live, pipeline, appearances);
   const PostedCameras posted = assembly.posted;
   assembly = {};  // what runs belongs to the pipeline: another scenario takes its place
+  CalibrationDesk calibration(pipeline);
+  IntrinsicsGuide guide(pipeline, calibration);
   const RouteContext context{.pipeline = pipeline,
                              .appearances = appearances,
                              .default_method = config.tracker.method,
                              .horizon = from_seconds(config.prediction.horizon_s),
                              .simulator = &simulator,
-                             .posted = posted};
+                             .posted = posted,
+                             .calibration = &calibration,
+                             .guide = &guide};
   http::Router router;
   add_health_routes(router, context);
   add_robot_routes(router, context);
   add_pose_routes(router, context);
   add_appearance_routes(router, context);
   add_camera_routes(router, context);
+  add_calibration_routes(router, context);
+  add_intrinsics_routes(router, context);
+  add_extrinsics_routes(router, context);
   add_frame_routes(router, context);
   add_event_routes(router, context);
   add_odometry_routes(router, context);

@@ -9,13 +9,6 @@
 namespace skylight::service {
 namespace {
 
-const CameraSnapshot& camera_of(const http::Request& request, const Snapshot& snapshot) {
-  const std::string& id = request.path_param("id");
-  const CameraSnapshot* camera = snapshot.camera(id);
-  if (camera == nullptr) throw http::Problem(404, "No such camera", "there is no camera '" + id + "'");
-  return *camera;
-}
-
 http::Reply list_cameras(const http::Request& request, const RouteContext& context) {
   check_query(request, {"limit", "offset"});
   const auto snapshot = context.pipeline.snapshot();

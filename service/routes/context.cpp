@@ -5,6 +5,8 @@
 #include <cmath>
 #include <regex>
 
+#include "service/calibration/desk.hpp"
+
 namespace skylight::service {
 namespace {
 
@@ -128,6 +130,27 @@ const RobotSnapshot& robot_of(const http::Request& request, const Snapshot& snap
   const RobotSnapshot* robot = snapshot.robot(id);
   if (robot == nullptr) throw http::Problem(404, "No such robot", "there is no robot '" + id + "'");
   return *robot;
+}
+
+const CameraSnapshot& camera_of(const http::Request& request, const Snapshot& snapshot) {
+  const std::string& id = request.path_param("id");
+  const CameraSnapshot* camera = snapshot.camera(id);
+  if (camera == nullptr) throw http::Problem(404, "No such camera", "there is no camera '" + id + "'");
+  return *camera;
+}
+
+void change_calibration(const std::function<void()>& change, int changed) {
+  try {
+    change();
+  } catch (const std::invalid_argument& error) {
+    throw http::Problem(422, "The calibration is refused", std::string("body: ") + error.what());
+  } catch (const NoSuchCalibration& error) {
+    throw http::Problem(404, "No such calibration", error.what());
+  } catch (const CalibrationChanged& error) {
+    throw http::Problem(changed, "The calibration has changed", error.what());
+  } catch (const CalibrationNotStored& error) {
+    throw http::Problem(500, "The calibration is not stored", error.what());
+  }
 }
 
 Json page_of(const http::Request& request, const std::vector<Json>& items) {

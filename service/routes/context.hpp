@@ -17,6 +17,8 @@
 
 namespace skylight::service {
 
+class CalibrationDesk;
+class IntrinsicsGuide;
 class SimulatorDesk;
 
 /// The appearances that robots may take, shared between the routes.
@@ -42,8 +44,10 @@ struct RouteContext {
   AppearanceStore& appearances;
   MethodConfig default_method;  ///< for robots that are added without saying how they are detected
   Duration horizon = std::chrono::seconds(2);
-  SimulatorDesk* simulator = nullptr;  ///< null: as where the source is no simulator
-  PostedCameras posted = {};           ///< cameras whose frames come over HTTP
+  SimulatorDesk* simulator = nullptr;      ///< null: as where the source is no simulator
+  PostedCameras posted = {};               ///< cameras whose frames come over HTTP
+  CalibrationDesk* calibration = nullptr;  ///< both are there for add_calibration_routes()
+  IntrinsicsGuide* guide = nullptr;
 };
 
 void add_health_routes(http::Router& router, const RouteContext& context);
@@ -51,6 +55,9 @@ void add_robot_routes(http::Router& router, const RouteContext& context);
 void add_pose_routes(http::Router& router, const RouteContext& context);
 void add_appearance_routes(http::Router& router, const RouteContext& context);
 void add_camera_routes(http::Router& router, const RouteContext& context);
+void add_calibration_routes(http::Router& router, const RouteContext& context);
+void add_intrinsics_routes(http::Router& router, const RouteContext& context);
+void add_extrinsics_routes(http::Router& router, const RouteContext& context);
 void add_frame_routes(http::Router& router, const RouteContext& context);
 void add_event_routes(http::Router& router, const RouteContext& context);
 void add_odometry_routes(http::Router& router, const RouteContext& context);
@@ -84,6 +91,13 @@ void check_query(const http::Request& request, std::initializer_list<std::string
 
 /// The robot of the path's {id}; throws a 404 problem.
 const RobotSnapshot& robot_of(const http::Request& request, const Snapshot& snapshot);
+
+/// The camera of the path's {id}; throws a 404 problem.
+const CameraSnapshot& camera_of(const http::Request& request, const Snapshot& snapshot);
+
+/// Runs what changes calibrations; what it throws (service/calibration/desk.hpp) becomes a problem: 404,
+/// `changed` (412 or 409), 422, or a 500 where a file cannot be written.
+void change_calibration(const std::function<void()>& change, int changed = 409);
 
 /// One page of a list: `limit` (1 to 1000, default 100) and `offset`; the body is {items, total, limit,
 /// offset}.

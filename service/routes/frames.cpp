@@ -15,10 +15,9 @@ constexpr Duration kAhead = std::chrono::seconds(1);
 PostedPictures& posted_pictures(const http::Request& request, const RouteContext& context) {
   const std::string& id = request.path_param("id");
   const auto snapshot = context.pipeline.snapshot();
-  const CameraSnapshot* camera = snapshot->camera(id);
-  if (camera == nullptr) throw http::Problem(404, "No such camera", "there is no camera '" + id + "'");
+  const CameraSnapshot& camera = camera_of(request, *snapshot);
   const auto at = context.posted.find(id);
-  if (at == context.posted.end() || (camera->feed && camera->feed->kind != "posted"))
+  if (at == context.posted.end() || (camera.feed && camera.feed->kind != "posted"))
     throw http::Problem(409, "Nothing is posted to this camera",
                         "the source of camera '" + id + "' is not of the type posted");
   return *at->second;

@@ -32,8 +32,10 @@ class Operation:
         return next(iter(self.node.get("requestBody", {}).get("content", {"application/json": {}})))
 
     def target(self, path_parameters, query=None):
+        """Parameters that are not given are as in their examples."""
         path = self.path
-        for name, value in path_parameters.items():
+        examples = {p["name"]: str(p["example"]) for p in self.parameters if p["in"] == "path" and "example" in p}
+        for name, value in {**examples, **path_parameters}.items():
             path = path.replace("{" + name + "}", urllib.parse.quote(value, safe=""))
         assert "{" not in path, f"{self.id}: {path} has an open parameter"
         return with_query(path, query)

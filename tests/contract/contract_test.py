@@ -6,6 +6,7 @@ import sys
 import unittest
 
 import fixture
+from cases_calibration import Calibration
 from cases_description import Description
 from cases_ended import Ended
 from cases_events import Events
@@ -17,7 +18,8 @@ from cases_robots import Appearances, Cameras, Robots
 from cases_simulator import Simulator
 from cases_together import Health, Together
 
-CASES = (Description, Refusals, Poses, Events, Odometry, Robots, Appearances, Cameras, Health, Together, Simulator, Live, Ended)
+CASES = (Description, Refusals, Poses, Events, Odometry, Robots, Appearances, Cameras, Health, Together, Simulator, Live,
+         Calibration, Ended)
 
 
 def suite(names):

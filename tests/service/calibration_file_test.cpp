@@ -174,5 +174,29 @@ TEST_F(CalibrationFiles, OfAConfigurationSayEverythingAlone) {
   EXPECT_THAT(refused(R"("calibration": "lens.json")"), HasSubstr("skylight calibrate extrinsics"));
 }
 
+TEST_F(CalibrationFiles, InTheFolderForThemCountInsteadOfWhatTheCameraSays) {
+  const Intrinsics in = hall().intrinsics;
+  const auto configured = [&](int width_px) {
+    write("my.json", R"({"calibration_dir": "made", "cameras": [{"id": "hall", "overhead": {"height_m": 3,
+        "metres_per_pixel": 0.005, "size_px": [)" +
+                         std::to_string(width_px) + ", " + std::to_string(in.height_px) + R"(]}}]})");
+    return load_config({.file = folder_ / "my.json"});
+  };
+  const Config without = configured(in.width_px);
+  EXPECT_EQ(calibration_path(without, without.cameras.at(0)), folder_ / "made" / "hall.json");
+  EXPECT_EQ(camera_model(without.cameras.at(0)).map_from_camera().translation().z(), 3.0);
+  EXPECT_TRUE(tracker_config(without).calibration.empty());
+
+  fs::create_directories(folder_ / "made");
+  write_calibration(folder_ / "made" / "hall.json", hall());
+  const Config with = configured(in.width_px);
+  EXPECT_EQ(camera_model(with.cameras.at(0)).intrinsics().fx_px, in.fx_px);
+  EXPECT_LT((tracker_config(with).calibration.at(0).covariance - uncertainty_of(hall()).covariance).norm(),
+            1e-12);
+  EXPECT_THAT([&] { configured(in.width_px + 1); },
+              testing::ThrowsMessage<settings::Error>(testing::AllOf(
+                  HasSubstr("made/hall.json"), HasSubstr(std::to_string(in.width_px + 1) + " x "))));
+}
+
 }  // namespace
 }  // namespace skylight::service

@@ -58,6 +58,18 @@ TEST(CameraWatcher, TellsWhichCameraWasMovedAndByHowMuch) {
   EXPECT_EQ(offered.watcher.report(0).hold, CameraHold::steady) << "the other one";
 }
 
+TEST(CameraWatcher, TakesWhatItSeesAfterANewCalibrationForRight) {
+  Offered offered;
+  const cv::Mat floor = speckled_floor();
+  ASSERT_EQ(offered.until(CameraHold::steady, 1, floor).hold, CameraHold::steady);
+  ASSERT_EQ(offered.until(CameraHold::moved, 1, shifted(floor, 6)).hold, CameraHold::moved);
+  offered.watcher.relearn(1);
+  EXPECT_EQ(offered.watcher.report(1).hold, CameraHold::learning) << "at once";
+  const CameraWatchReport after = offered.until(CameraHold::steady, 1, shifted(floor, 6));
+  ASSERT_EQ(after.hold, CameraHold::steady);
+  EXPECT_LT(after.shift_px, 0.1);
+}
+
 TEST(CameraWatcher, EndsAtOnceAndIgnoresCamerasThatItDoesNotKnow) {
   Offered offered;
   Frame stranger;

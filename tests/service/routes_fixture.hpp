@@ -23,6 +23,42 @@ struct Answer {
   std::string detail() const { return json()["detail"]; }
 };
 
+inline std::multimap<std::string, std::string> query_of(const std::string& text) {
+  std::multimap<std::string, std::string> query;
+  std::istringstream in(text);
+  for (std::string pair; std::getline(in, pair, '&');) {
+    const auto equals = pair.find('=');
+    query.emplace(pair.substr(0, equals), equals == std::string::npos ? "" : pair.substr(equals + 1));
+  }
+  return query;
+}
+
+inline std::vector<std::string> segments_of(const std::string& path) {
+  std::vector<std::string> segments;
+  std::istringstream in(path.substr(1));
+  for (std::string segment; std::getline(in, segment, '/');) segments.push_back(segment);
+  return segments;
+}
+
+/// `target`: a path, and a query without percent signs.
+inline Answer call_route(const http::Router& router, const std::string& method, const std::string& target,
+                         const std::string& body = {}, std::map<std::string, std::string> headers = {}) {
+  const auto mark = target.find('?');
+  http::Request request{
+      .method = method, .path = target.substr(0, mark), .headers = std::move(headers), .body = body};
+  if (mark != std::string::npos) request.query = query_of(target.substr(mark + 1));
+  const http::Router::Match match = router.match(method, segments_of(request.path));
+  if (match.route == nullptr) return {.status = match.allow.empty() ? 404 : 405};
+  request.path_params = match.path_params;
+  http::Reply reply;
+  try {
+    reply = match.route->handler(request);
+  } catch (const http::Problem& problem) {
+    reply = problem.answer();
+  }
+  return {reply.status, reply.content_type, reply.body, {reply.headers.begin(), reply.headers.end()}};
+}
+
 class Routes : public testing::Test {
  protected:
   explicit Routes(std::vector<RobotSpec> robots = {robot_of(small_room())})
@@ -41,39 +77,10 @@ class Routes : public testing::Test {
     rig_.pipeline->start();
   }
 
-  /// `target`: a path, and a query without percent signs.
   Answer call(const std::string& method, const std::string& target, const std::string& body = {}) const {
-    const auto mark = target.find('?');
-    http::Request request{.method = method, .path = target.substr(0, mark), .body = body};
-    if (mark != std::string::npos) request.query = query_of(target.substr(mark + 1));
-    const http::Router::Match match = router_.match(method, segments_of(request.path));
-    if (match.route == nullptr) return {.status = match.allow.empty() ? 404 : 405};
-    request.path_params = match.path_params;
-    http::Reply reply;
-    try {
-      reply = match.route->handler(request);
-    } catch (const http::Problem& problem) {
-      reply = problem.answer();
-    }
-    return {reply.status, reply.content_type, reply.body, {reply.headers.begin(), reply.headers.end()}};
+    return call_route(router_, method, target, body);
   }
   Answer get(const std::string& target) const { return call("GET", target); }
-
-  static std::multimap<std::string, std::string> query_of(const std::string& text) {
-    std::multimap<std::string, std::string> query;
-    std::istringstream in(text);
-    for (std::string pair; std::getline(in, pair, '&');) {
-      const auto equals = pair.find('=');
-      query.emplace(pair.substr(0, equals), equals == std::string::npos ? "" : pair.substr(equals + 1));
-    }
-    return query;
-  }
-  static std::vector<std::string> segments_of(const std::string& path) {
-    std::vector<std::string> segments;
-    std::istringstream in(path.substr(1));
-    for (std::string segment; std::getline(in, segment, '/');) segments.push_back(segment);
-    return segments;
-  }
 
   Rig rig_;
   AppearanceStore store_;
