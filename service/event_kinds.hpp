@@ -5,7 +5,7 @@
 //   camera.moved     a camera hangs elsewhere than before            data: since, shift_px, degrees
 //   camera.back      it sees the floor where it was again            data: since
 //   camera.blind     it sees too little of the floor to tell         data: since
-//   calibration.changed  a camera has another calibration         data: shift_mm, turn_deg
+//   calibration.changed  a camera has another calibration        data: shift_mm, turn_deg
 //   robot.added, robot.changed, robot.removed
 #pragma once
 
