@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 
 #include <opencv2/imgproc.hpp>
 
+#include "sim/render/tags.hpp"
 #include "sim/render/textures.hpp"
 
 namespace skylight::sim {
@@ -281,9 +283,8 @@ cv::Mat repeated(const Canvas& canvas, const FloorTexture& picture) {
   return image;
 }
 
-}  // namespace
-
-FloorTexture make_floor(const RoomSpec& room, std::uint64_t seed, const std::filesystem::path& folder) {
+/// The floor without what lies on it flat.
+FloorTexture make_ground(const RoomSpec& room, std::uint64_t seed, const std::filesystem::path& folder) {
   const FloorSpec& floor = room.floor;
   FloorTexture picture;
   if (floor.material == FloorMaterial::picture) {
@@ -301,6 +302,28 @@ FloorTexture make_floor(const RoomSpec& room, std::uint64_t seed, const std::fil
   cv::Mat image = picture.texture.empty() ? bare_floor(canvas, floor) : repeated(canvas, picture);
   if (floor.cables > 0) lay_cables(canvas, floor.cables, image);
   return {Texture(image, false), metres_per_px};
+}
+
+FloorPrint print_of(const FloorTagSpec& tag, const std::string& key) {
+  constexpr int kTexelsPerCell = 24;
+  const TagPattern pattern = tag_pattern({.family = tag.family, .id = tag.id}, key);
+  cv::Mat image;
+  cv::resize(pattern.cells, image, {}, kTexelsPerCell, kTexelsPerCell, cv::INTER_NEAREST);
+  cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
+  const double yaw = tag.yaw_deg * std::numbers::pi / 180.0;
+  return {.texture = Texture(image, false),
+          .at = {tag.x_m, tag.y_m},
+          .right = {std::cos(yaw), std::sin(yaw)},
+          .edge_m = tag.size_m * pattern.cells.cols / pattern.border_cells};
+}
+
+}  // namespace
+
+FloorTexture make_floor(const RoomSpec& room, std::uint64_t seed, const std::filesystem::path& folder) {
+  FloorTexture floor = make_ground(room, seed, folder);
+  for (std::size_t i = 0; i < room.floor.tags.size(); ++i)
+    floor.prints.push_back(print_of(room.floor.tags[i], "room.floor.tags[" + std::to_string(i) + "]"));
+  return floor;
 }
 
 }  // namespace skylight::sim

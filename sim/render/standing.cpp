@@ -69,20 +69,23 @@ class Painter {
   }
 
   Bgr samples(const PixelRays& pixel) const {
-    const double apart = 0.25 * pixel.along_x.norm();
-    const int level =
-        scene_.floor.texture.level_for(eye_.z() / -pixel.centre.z() * apart / scene_.floor.metres_per_px);
+    const double apart_m = eye_.z() / -pixel.centre.z() * 0.25 * pixel.along_x.norm();
+    const int level = scene_.floor.texture.level_for(apart_m / scene_.floor.metres_per_px);
     Bgr sum = Bgr::Zero();
     for (std::size_t i = 0; i < kSamples; ++i) {
       const Eigen::Vector3d direction = pixel.sample(i);
       if (direction.z() >= 0.0) continue;
       const Eigen::Vector3d at = meet(direction);
-      sum += inside(at) ? floor(at, level) : bgr(kOutside);
+      sum += inside(at) ? floor(at, level, apart_m) : bgr(kOutside);
     }
     return sum / static_cast<float>(kSamples);
   }
 
-  Bgr floor(const Eigen::Vector3d& at, int level) const {
+  Bgr floor(const Eigen::Vector3d& at, int level, double apart_m) const {
+    const auto& prints = scene_.floor.prints;
+    const auto on_top = std::find_if(prints.rbegin(), prints.rend(),
+                                     [&](const FloorPrint& print) { return print.covers(at.head<2>()); });
+    if (on_top != prints.rend()) return on_top->sample(at.head<2>(), apart_m);
     const Texture& texture = scene_.floor.texture;
     const double mpp = scene_.floor.metres_per_px;
     const double column = 0.5 * (texture.width_px() - 1) + at.x() / mpp;

@@ -2,6 +2,7 @@
 // the procedural robot pictures. All of them follow from their seeds.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -76,14 +77,42 @@ inline Bgr Texture::sample(int level, float column, float row) const {
   return result;
 }
 
+/// A square sheet of paper on the floor.
+struct FloorPrint {
+  Texture texture;
+  Eigen::Vector2d at{0.0, 0.0};     ///< its middle, m
+  Eigen::Vector2d right{1.0, 0.0};  ///< of the upright print, in `map`
+  double edge_m = 1.0;
+
+  bool covers(const Eigen::Vector2d& place) const {
+    const Eigen::Vector2d from = place - at;
+    return std::max(std::abs(along(from)), std::abs(up(from))) <= 0.5 * edge_m;
+  }
+  /// Of a place that it covers; `apart_m` as far apart as the places are that are looked at.
+  Bgr sample(const Eigen::Vector2d& place, double apart_m) const {
+    const double texels_per_m = texture.width_px() / edge_m;
+    const double middle = 0.5 * (texture.width_px() - 1);
+    const Eigen::Vector2d from = place - at;
+    return texture.sample(texture.level_for(apart_m * texels_per_m),
+                          static_cast<float>(middle + along(from) * texels_per_m),
+                          static_cast<float>(middle - up(from) * texels_per_m));
+  }
+
+ private:
+  double along(const Eigen::Vector2d& from) const { return right.dot(from); }
+  double up(const Eigen::Vector2d& from) const { return right.x() * from.y() - right.y() * from.x(); }
+};
+
 /// A floor from above (floors.cpp): +x of `map` to the right, +y up, the room's middle in the picture's
 /// middle (or, for pictures from a file, repeated from there).
 struct FloorTexture {
   Texture texture;
   double metres_per_px = 0.002;
+  std::vector<FloorPrint> prints = {};  ///< the later lie over the earlier
 };
 /// Floors are drawn at 2 mm a pixel, coarser in rooms beyond 8 m. Throws as load_picture() for
-/// room.floor.picture.
+/// room.floor.picture, and as tag_pattern() for
+/// room.floor.tags.
 FloorTexture make_floor(const RoomSpec& room, std::uint64_t seed, const std::filesystem::path& folder);
 
 /// A square picture (CV_8UC3) with many corners and no symmetry, different for each seed.

@@ -24,6 +24,16 @@ struct FrictionZone {
   double friction = 0.3;  ///< replaces the floor's factor there
 };
 
+/// An AprilTag that lies on the floor, flat: nothing bumps into it.
+struct FloorTagSpec {
+  std::string family = "36h11";
+  int id = 0;
+  double size_m = 0.2;  ///< between the corners that a detector reports: the border's outer edge
+  double x_m = 0.0;     ///< of its middle
+  double y_m = 0.0;
+  double yaw_deg = 0.0;  ///< of its x axis (to the right in the upright tag) from map x, counter-clockwise
+};
+
 struct FloorSpec {
   FloorMaterial material = FloorMaterial::tiles;
   Color color_rgb{128.0, 126.0, 120.0};
@@ -35,6 +45,7 @@ struct FloorSpec {
   double gloss = 0.05;                       ///< share of the lamps' light that it mirrors, 0 (matt) to 1
   double friction = 1.0;                     ///< factor on the tyres' friction, 0 to 2 (1: dry, clean)
   std::vector<FrictionZone> friction_zones;  ///< the last that covers a place counts
+  std::vector<FloorTagSpec> tags;            ///< the later lie over the earlier
 };
 
 struct RoomSpec {

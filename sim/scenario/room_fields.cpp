@@ -18,6 +18,21 @@ void describe(Fields& fields, FrictionZone& zone) {
                "must be greater than min_m, in x and in y");
 }
 
+void describe(Fields& fields, FloorTagSpec& tag) {
+  fields.about("An AprilTag that lies on the floor, flat: nothing bumps into it.");
+  fields.field("family", tag.family,
+               {.pattern = "^(36h11|25h9|16h5|Standard41h12)$",
+                .pattern_words = "36h11, 25h9, 16h5 or Standard41h12",
+                .help = "Family of the tag."});
+  fields.field("id", tag.id, {.min = 0, .max = 2114, .help = "Number within the family."});
+  fields.field("size_m", tag.size_m,
+               {.min = 0.01, .max = 10, .unit = "m", .help = "Outer edge of its border."});
+  fields.field("x_m", tag.x_m, {.min = -200, .max = 200, .unit = "m", .help = "Its middle in map."});
+  fields.field("y_m", tag.y_m, {.min = -200, .max = 200, .unit = "m", .help = "Its middle in map."});
+  fields.field("yaw_deg", tag.yaw_deg,
+               {.min = -360, .max = 360, .unit = "deg", .help = "0: upright where map y is up."});
+}
+
 void describe(Fields& fields, FloorSpec& floor) {
   fields.about("The floor within the walls.");
   fields.choice("material", floor.material,
@@ -48,6 +63,8 @@ void describe(Fields& fields, FloorSpec& floor) {
   fields.field(
       "friction_zones", floor.friction_zones,
       {.max_items = 1000, .help = "Where the grip is another; the last one that covers a place counts."});
+  fields.field("tags", floor.tags,
+               {.max_items = 1000, .help = "Tags that lie about, as those that a camera is calibrated by."});
   fields.check((floor.material == FloorMaterial::picture) == !floor.picture.empty(), "picture",
                "an image file goes with the material picture, and only with it");
 }

@@ -9,6 +9,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "sim/render/tags.hpp"
+
 namespace skylight::sim {
 namespace {
 
@@ -184,6 +186,30 @@ TEST_F(PictureFloor, RepeatsFromTheRoomsMiddleWithAndWithoutCables) {
     }
     EXPECT_LE(wrong, cables * 60);
   }
+}
+
+TEST(FloorTags, LieWhereAndAsTheyAreSaidTo) {
+  RoomSpec room = room_with(FloorMaterial::plain);
+  room.floor.tags = {{.id = 3, .size_m = 0.4, .x_m = 0.5, .y_m = -0.2, .yaw_deg = 90.0}};
+  const FloorTexture floor = make_floor(room, 1, {});
+  ASSERT_EQ(floor.prints.size(), 1U);
+  const FloorPrint& print = floor.prints[0];
+  EXPECT_NEAR(print.edge_m, 0.4 * 10 / 8, 1e-12) << "a ring of white around the black border";
+  const cv::Mat cells = tag_pattern({.family = "36h11", .id = 3}, "tag").cells;
+  for (int row = 0; row < 10; ++row) {
+    for (int column = 0; column < 10; ++column) {
+      // From the middle, right and up in the upright tag; a quarter turn takes right to up, up to left.
+      const double right = 0.05 * (column - 4.5);
+      const double up = 0.05 * (4.5 - row);
+      const Eigen::Vector2d place(0.5 - up, -0.2 + right);
+      ASSERT_TRUE(print.covers(place));
+      EXPECT_NEAR(print.sample(place, 0.002)[0], cells.at<std::uint8_t>(row, column), 1.0)
+          << row << ", " << column;
+    }
+  }
+  EXPECT_FALSE(print.covers({0.5 + 0.26, -0.2}));
+  room.floor.tags[0].id = 587;
+  EXPECT_THROW(make_floor(room, 1, {}), std::invalid_argument);
 }
 
 }  // namespace
