@@ -31,6 +31,23 @@ calibration::Board upright_board(const std::string& text) {
   return board;
 }
 
+/// What of the floor no camera sees, as the end of a sentence; of much, the first few.
+std::string unseen(const calibration::ExtrinsicsInput& input) {
+  constexpr int kNamed = 5;
+  std::string words;
+  int count = 0;
+  for (std::size_t sheet = 1; sheet < input.sheets.size(); ++sheet) {
+    const bool seen = std::any_of(input.cameras.begin(), input.cameras.end(), [&](const auto& camera) {
+      return std::any_of(camera.points.begin(), camera.points.end(),
+                         [&](const auto& point) { return point.sheet == sheet; });
+    });
+    if (seen || ++count > kNamed) continue;
+    words += (words.empty() ? "; not seen: " : ", ") + input.sheets[sheet].name;
+  }
+  if (count > kNamed) words += " and " + std::to_string(count - kNamed) + " more";
+  return words;
+}
+
 FloorPlace floor_place(const SheetPlace& place) {
   return {place.x_m, place.y_m, place.yaw_deg * kRadPerDeg};
 }
@@ -166,9 +183,14 @@ std::string Floor::add_board_points(const std::string& name, std::size_t sheet, 
 }
 
 calibration::ExtrinsicsResult calibrate_on(const Floor& floor, std::vector<SeeingCamera> cameras) {
-  auto result = calibration::calibrate_extrinsics({.sheets = floor.sheets(), .cameras = std::move(cameras)});
-  std::erase(result.warnings, std::string(kPointsSheet) + " is seen by no camera");
-  return result;
+  const calibration::ExtrinsicsInput input{.sheets = floor.sheets(), .cameras = std::move(cameras)};
+  try {
+    auto result = calibration::calibrate_extrinsics(input);
+    std::erase(result.warnings, std::string(kPointsSheet) + " is seen by no camera");
+    return result;
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(error.what() + unseen(input));
+  }
 }
 
 }  // namespace skylight::service

@@ -124,8 +124,8 @@ ViewCollector::ViewCollector(Board board, const CollectOptions& options)
     : board_(std::move(board)), options_(options), points_(board_points(board_)) {}
 
 void ViewCollector::suspect(const cv::Mat& picture) {
-  const int miss = misses_++;
-  if (!views_.empty() || !suspicion_.empty()) return;
+  const int miss = misses_++ - options_.suspect_after;
+  if (!views_.empty() || !suspicion_.empty() || miss < 0) return;
   if (miss < kSuspects || miss % kSuspectAgainAfter == 0) suspicion_ = suspect_board(picture, board_);
 }
 

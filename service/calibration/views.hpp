@@ -23,10 +23,14 @@ struct CollectOptions {
   double most_motion = 0.0;
   /// Width of the edges of squares above which a view is blurred, px; 0: whatever they are.
   double widest_edge_px = 0.0;
+  /// As long as there is no view, what is wrong with the board's description is looked for (which is slow)
+  /// after so many pictures without the board, in a few of them at first and then now and again.
+  int suspect_after = 0;
 };
 
 /// For a live camera.
-inline constexpr CollectOptions kLiveViews{.near_share = 0.05, .most_motion = 0.05, .widest_edge_px = 5.0};
+inline constexpr CollectOptions kLiveViews{
+    .near_share = 0.05, .most_motion = 0.05, .widest_edge_px = 5.0, .suspect_after = 8};
 
 /// What became of a picture.
 struct LookedAt {

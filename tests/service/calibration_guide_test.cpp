@@ -90,8 +90,10 @@ TEST_F(GuidedView, RecognisesABoardThatIsNotAsItWasDescribed) {
   EXPECT_EQ(none.status, 422);
   EXPECT_THAT(none.detail(), AllOf(HasSubstr("body: board"), HasSubstr("chessboard:9x6:0.025")));
   ASSERT_EQ(start("chessboard:8x5:0.05").status, 201);
-  const Json told =
-      room_.show_to_guide(picture(held({.pixel = {320, 240}, .distance_m = 0.9, .tilt_right = 0.3})));
+  const cv::Mat seen = picture(held({.pixel = {320, 240}, .distance_m = 0.9, .tilt_right = 0.3}));
+  Json told = room_.show_to_guide(seen);
+  EXPECT_TRUE(told["suspicion"].is_null()) << "perhaps nobody holds it yet";
+  for (int i = 0; i < 20 && told["suspicion"].is_null(); ++i) told = room_.show_to_guide(seen);
   EXPECT_EQ(told["newest"]["taken"], false);
   EXPECT_THAT(told["suspicion"].dump(), HasSubstr("9x6")) << told;
 }

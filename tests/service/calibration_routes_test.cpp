@@ -306,6 +306,11 @@ TEST(CalibrationRoutes, OneSheetThatTwoCamerasSeeJoinsThem) {
             truth.map_from_camera.translation())
         .norm();
   };
+  const Json hidden{{{"id", 7}, {"x_m", 0}, {"y_m", 0}, {"size_m", 0.3}}};
+  const Answer blank = room.call("POST", "/calibration/extrinsics", {{"tags", hidden}});
+  EXPECT_EQ(blank.status, 422);
+  EXPECT_THAT(blank.detail(), AllOf(HasSubstr("at least 4 points"), HasSubstr("not seen: tag 36h11:7")));
+
   EXPECT_LT(error_m(0, left), 0.01);
   EXPECT_LT(error_m(1, right), 0.02) << "it sees no tag whose place was measured";
   const Json found = answer.json()["sheets"].back();
