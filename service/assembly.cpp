@@ -8,6 +8,7 @@
 #include "service/pose_query.hpp"
 #include "service/sources/live/open.hpp"
 #include "service/sources/video.hpp"
+#include "tracker/mounting.hpp"
 
 namespace skylight::service {
 namespace {
@@ -187,7 +188,11 @@ Assembly assemble(const Config& config, std::shared_ptr<FrameSource> source,
     RobotSpec spec = robot_spec(robot, appearance_of(robot, simulator, assembly.appearances));
     spec.tag = tag_of(robot, simulator);
     const auto cut = cut_poses.find(robot.appearance.value_or(robot.id));
-    if (cut != cut_poses.end() && !spec.initial_pose) spec.initial_pose = cut->second;
+    if (cut != cut_poses.end() && !spec.initial_pose) {
+      spec.initial_pose = spec.picture_mounting
+                              ? Mounting(*spec.appearance, *spec.picture_mounting).base_at(cut->second)
+                              : cut->second;
+    }
     assembly.robots.push_back(std::move(spec));
   }
   return assembly;

@@ -208,11 +208,15 @@ RobotSpec robot_spec(const RobotConfig& robot, std::shared_ptr<const Appearance>
   RobotSpec spec{.id = robot.id,
                  .appearance = std::move(appearance),
                  .surface_height_m = robot.surface_height_m,
+                 .picture_mounting = std::nullopt,
                  .tag = robot.tag,
                  .detector = robot.method.detector,
                  .filter = robot.method.filter.kind,
                  .homography = robot.method.homography,
                  .initial_pose = std::nullopt};
+  if (const auto& mounting = robot.picture_mounting)
+    spec.picture_mounting =
+        Pose2{mounting->position_m[0], mounting->position_m[1], wrap_angle(mounting->yaw_rad)};
   if (robot.initial_pose) {
     spec.initial_pose =
         Pose2{robot.initial_pose->x_m, robot.initial_pose->y_m, wrap_angle(robot.initial_pose->yaw_rad)};
@@ -224,6 +228,8 @@ RobotConfig robot_config(const RobotSpec& spec) {
   RobotConfig robot{
       .id = spec.id, .appearance = std::nullopt, .surface_height_m = spec.surface_height_m, .tag = spec.tag};
   if (spec.appearance) robot.appearance = spec.appearance->id();
+  if (const auto& at = spec.picture_mounting)
+    robot.picture_mounting = PictureMounting{{at->x, at->y}, at->yaw};
   robot.method.detector = spec.detector;
   robot.method.filter.kind = spec.filter;
   robot.method.homography = spec.homography;

@@ -170,6 +170,12 @@ struct InitialPose {
   double yaw_rad = 0.0;
 };
 
+/// Where a robot's picture is mounted.
+struct PictureMounting {
+  std::array<double, 2> position_m{};  ///< of its middle in base_link: forward, left
+  double yaw_rad = 0.0;                ///< its way up from the robot's forward direction, counter-clockwise
+};
+
 struct FilterConfig {
   FilterSpec kind{};
 };
@@ -185,8 +191,9 @@ struct RobotConfig {
   std::string id{};
   std::optional<std::string>
       appearance;  ///< id in Config::appearances; absent: the scenario's (simulator), none (apriltag)
-  std::optional<double> surface_height_m{};  ///< absent: the appearance's
-  std::optional<TagSpec> tag{};              ///< absent: the scenario's (simulator only), else none
+  std::optional<double> surface_height_m{};           ///< absent: the appearance's
+  std::optional<PictureMounting> picture_mounting{};  ///< absent: as the appearance's reference point has it
+  std::optional<TagSpec> tag{};                       ///< absent: the scenario's (simulator only), else none
   MethodConfig method{};  ///< starts as Config::tracker's; its keys stand in the robot itself
   std::optional<InitialPose> initial_pose{};
 };

@@ -337,6 +337,21 @@ void describe(Fields& fields, FilterConfig& filter) {
                   {"window", "The paper's window filter."}});
 }
 
+void describe(Fields& fields, PictureMounting& mounting) {
+  fields.about("Where this robot's picture lies, known better than from the picture.");
+  fields.field("position_m", mounting.position_m,
+               {.min = -5,
+                .max = 5,
+                .unit = "m",
+                .required = true,
+                .help = "The picture's middle in base_link: forward, left."});
+  fields.field("yaw_rad", mounting.yaw_rad,
+               {.min = -6.3,
+                .max = 6.3,
+                .unit = "rad",
+                .help = "Its way up from the robot's forward direction, counter-clockwise."});
+}
+
 void describe(Fields& fields, RobotConfig& robot) {
   fields.about(
       "One robot. Its detector and filter are those of the section tracker, but for what it says itself.");
@@ -347,6 +362,9 @@ void describe(Fields& fields, RobotConfig& robot) {
                         false));
   fields.field("surface_height_m", robot.surface_height_m,
                with_help(kSurface, "Where a payload raises this robot's surface; absent: the appearance's."));
+  fields.field(
+      "picture_mounting", robot.picture_mounting,
+      {.help = "Absent: as the appearance's reference_point_m has it. skylight calibrate robot tells it."});
   fields.field("tag", robot.tag, {.help = "Absent: none; with the simulator, the scenario's."});
   describe_method(fields, robot.method);
   fields.field("initial_pose", robot.initial_pose);

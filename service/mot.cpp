@@ -25,13 +25,12 @@ std::string mot_truth_line(std::uint64_t sequence, std::size_t robot, const Trut
 
 std::string mot_result_line(const Frame& frame, std::size_t robot, const RobotSpec& spec, const Pose2& pose,
                             const CameraModel& camera) {
-  const Appearance& look = *spec.appearance;
-  const double height = spec.surface_height_m.value_or(look.picture().surface_height_m);
-  const Eigen::Vector2d half = 0.5 * look.size_m();
+  const double height = seen_height_m(spec);
+  const Eigen::Vector2d half = 0.5 * seen_size_m(spec);
   Eigen::AlignedBox2d box;
   for (const double x : {-half.x(), half.x()}) {
     for (const double y : {-half.y(), half.y()}) {
-      const Eigen::Vector2d on_robot = look.centre_m() + Eigen::Vector2d(x, y);
+      const Eigen::Vector2d on_robot = seen_centre_m(spec) + Eigen::Vector2d(x, y);
       const Eigen::Vector2d at = pose.position() + Eigen::Rotation2Dd(pose.yaw) * on_robot;
       if (const auto pixel = camera.pixel_from_map({at.x(), at.y(), height})) box.extend(*pixel);
     }

@@ -27,7 +27,8 @@ Eigen::Vector2d seen_size_m(const RobotSpec& spec) {
 }
 
 Eigen::Vector2d seen_centre_m(const RobotSpec& spec) {
-  if (spec.appearance) return spec.appearance->centre_m();
+  if (spec.appearance)
+    return spec.picture_mounting ? spec.picture_mounting->position() : spec.appearance->centre_m();
   return spec.tag ? spec.tag->mounting.position() : Eigen::Vector2d(0.0, 0.0);
 }
 
@@ -57,7 +58,8 @@ void Tracker::Impl::detect(Track& track, const Frame& frame,
   track.reason = {};
   if (track.homography) {
     const auto& scene = features.at(track.homography->config().features);
-    track.observed = track.homography->detect(frame, scene, cameras[frame.camera], track.surface_height_m());
+    track.observed = track.of_robot(
+        track.homography->detect(frame, scene, cameras[frame.camera], track.surface_height_m()));
     if (!track.observed) track.reason = kNoHomography;
     const bool known = track.state != TrackState::searching && track.state != TrackState::lost;
     if (track.observed && !known && any_covers(config.floor_masks, track.observed->pose.position())) {
@@ -94,14 +96,18 @@ void Tracker::Impl::detect_orb(Track& track, const Frame& frame) const {
     track.reason = kOutOfView;
     return;
   }
-  track.observed = track.orb->detect_near(frame, camera, *track.expected, height);
-  if (!track.observed) {
+  Prior prior = *track.expected;
+  if (track.mounting) prior.pose = track.mounting->appearance_at(prior.pose);
+  std::optional<Observation> found = track.orb->detect_near(frame, camera, prior, height);
+  track.observed = track.of_robot(found);
+  if (!found) {
     track.reason = kNotWhereExpected;
     return;
   }
   if (config.audit_interval > 0 && ++track.frames_since_audit >= config.audit_interval) {
     track.frames_since_audit = 0;
-    if (auto better = track.orb->audit(frame, camera, *track.observed, height)) track.observed = better;
+    if (auto better = track.orb->audit(frame, camera, *found, height))
+      track.observed = track.of_robot(better);
   }
 }
 
@@ -134,9 +140,10 @@ void Tracker::Impl::search_step(Track& track, const Frame& frame) const {
       frame.image.size(), config.search.tile_px, static_cast<int>(std::ceil(robot_px)),
       [&](const cv::Rect& part) { return any_covers(config.floor_masks, camera, part, height); });
   if (!tile) return;
-  track.observed = track.orb->find_in(frame, camera, *tile, height, [this](const Eigen::Vector2d& place) {
+  const auto allowed = [this](const Eigen::Vector2d& place) {
     return !any_covers(config.floor_masks, place);
-  });
+  };
+  track.observed = track.of_robot(track.orb->find_in(frame, camera, *tile, height, allowed));
 }
 
 // Two robots cannot stand in one place: whose tag is there has it, else who was tracked there, else who fits
@@ -298,7 +305,9 @@ bool Tracker::change(const RobotSpec& spec) {
   changed->reason = track->reason;
   // What the change does not touch carries on: only another filter has to calibrate anew.
   if (spec.filter == track->spec.filter) changed->filter = std::move(track->filter);
-  if (spec.appearance && spec.appearance == track->spec.appearance) changed->heading = track->heading;
+  if (spec.appearance && spec.appearance == track->spec.appearance &&
+      spec.picture_mounting == track->spec.picture_mounting)
+    changed->heading = track->heading;
   for (auto& slot : impl_->tracks) {
     if (slot.get() == track) {
       slot = std::move(changed);

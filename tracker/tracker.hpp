@@ -33,7 +33,10 @@ struct RobotSpec {
   std::string id;                                ///< not empty, unique in a tracker
   std::shared_ptr<const Appearance> appearance;  ///< the detector apriltag does without
   std::optional<double>
-      surface_height_m;        ///< of this robot's picture, where a payload raises it; none: the appearance's
+      surface_height_m;  ///< of this robot's picture, where a payload raises it; none: the appearance's
+  /// The picture's middle in base_link, and its way up from the robot's forward direction, counter-clockwise,
+  /// -5 to 5 m; none: as the appearance's reference point has it.
+  std::optional<Pose2> picture_mounting;
   std::optional<TagSpec> tag;  ///< unique in a tracker; the detector apriltag needs it
   DetectorKind detector = DetectorKind::orb;
   FilterSpec filter;

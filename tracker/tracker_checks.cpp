@@ -24,6 +24,13 @@ void check_spec(const RobotSpec& spec) {
     throw std::invalid_argument(name + "surface_height_m is " + std::to_string(*spec.surface_height_m) +
                                 ", allowed -1 to 5");
   }
+  if (spec.picture_mounting) {
+    const Pose2& at = *spec.picture_mounting;
+    if (!spec.appearance) throw std::invalid_argument(name + "picture_mounting without a picture");
+    if (!(std::abs(at.x) <= 5.0 && std::abs(at.y) <= 5.0 && std::isfinite(at.yaw)))
+      throw std::invalid_argument(name + "picture_mounting is " + std::to_string(at.x) + ", " +
+                                  std::to_string(at.y) + " m, allowed -5 to 5");
+  }
   if (spec.initial_pose && !(std::isfinite(spec.initial_pose->x) && std::isfinite(spec.initial_pose->y) &&
                              std::isfinite(spec.initial_pose->yaw))) {
     throw std::invalid_argument(name + "initial_pose is not finite");

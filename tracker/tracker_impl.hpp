@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tracker/heading.hpp"
+#include "tracker/mounting.hpp"
 #include "tracker/search.hpp"
 #include "tracker/tracker.hpp"
 
@@ -23,6 +24,8 @@ struct Track {
         heading(robot.appearance ? robot.appearance->heading_turns() : 1, seen_centre_m(robot)),
         filter(make_filter(robot.filter)),
         history(config.history) {
+    if (robot.appearance && robot.picture_mounting)
+      mounting.emplace(*robot.appearance, *robot.picture_mounting);
     make_detector(config);
   }
 
@@ -36,6 +39,10 @@ struct Track {
   }
 
   double surface_height_m() const { return seen_height_m(spec); }
+  /// What a detector of the picture tells, as an observation of this robot.
+  std::optional<Observation> of_robot(std::optional<Observation> seen) const {
+    return seen && mounting ? mounting->of_base(*seen) : seen;
+  }
 
   RobotSpec spec;
   std::optional<OrbDetector> orb;
@@ -43,6 +50,7 @@ struct Track {
   std::optional<TagDetector> tag;
   MotionPrior prior;
   HeadingResolver heading;
+  std::optional<Mounting> mounting;  ///< none: the picture lies as its appearance says
   Sweep sweep;
   std::unique_ptr<Filter> filter;
   PoseHistory history;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -12,8 +13,7 @@ constexpr double kSpinStep_rad = 0.05;
 constexpr double kDriveStep_m = 0.15;
 constexpr double kDriveStep_rad = 0.35;
 constexpr double kStandStep_s = 0.1;
-// A picture's error where it stands, the same in every look there: not seen in the residuals.
-constexpr double kPlaceError_m = 2e-4;
+constexpr double kMostLooks = 500.0;  // at a place
 // What is known without having looked: a height measured with a ruler is not off by more; of the rest nothing
 // to speak of. It keeps the equations solvable where a run says nothing, and what comes out as uncertain as
 // this is no result.
@@ -32,16 +32,25 @@ std::vector<std::size_t> looks_of(const RobotRun& run, const Stretch& stretch) {
   return out;
 }
 
+// How much rarer than usual looks are taken of a stretch that goes on and on.
+double thinned(const RobotRun& run, const Stretch& stretch) {
+  const double time = to_seconds(run.seen[stretch.last].captured - run.seen[stretch.first].captured);
+  const double looks = stretch.kind == StretchKind::stand  ? time / kStandStep_s
+                       : stretch.kind == StretchKind::spin ? std::abs(stretch.turned_rad) / kSpinStep_rad
+                                                           : 0.0;
+  return std::max(1.0, looks / kMostLooks);
+}
+
 // Far enough from the look before to tell something new.
-bool is_new(const RobotRun& run, StretchKind kind, std::size_t before, std::size_t now) {
+bool is_new(const RobotRun& run, StretchKind kind, double rarer, std::size_t before, std::size_t now) {
   const SeenRobot& a = run.seen[before];
   const SeenRobot& b = run.seen[now];
   const double turn = std::abs(wrap_angle(b.pose.yaw - a.pose.yaw));
   switch (kind) {
     case StretchKind::stand:
-      return to_seconds(b.captured - a.captured) >= kStandStep_s;
+      return to_seconds(b.captured - a.captured) >= rarer * kStandStep_s;
     case StretchKind::spin:
-      return turn >= kSpinStep_rad;
+      return turn >= std::min(rarer * kSpinStep_rad, 1.0);
     case StretchKind::drive:
       return turn >= kDriveStep_rad || (b.pose.position() - a.pose.position()).norm() >= kDriveStep_m;
   }
@@ -50,9 +59,10 @@ bool is_new(const RobotRun& run, StretchKind kind, std::size_t before, std::size
 
 void add_stretch(const RobotRun& run, const OdometryPath& odometry, const Stretch& stretch, std::size_t index,
                  std::vector<Equation>& out) {
+  const double rarer = thinned(run, stretch);
   std::optional<std::size_t> before;
   for (const std::size_t now : looks_of(run, stretch)) {
-    if (before && !is_new(run, stretch.kind, *before, now)) continue;
+    if (before && !is_new(run, stretch.kind, rarer, *before, now)) continue;
     Equation e{.stretch = index, .a = now, .b = now, .p = place_of(index), .sigma = kFirstSigma_m};
     if (stretch.kind != StretchKind::drive) {
       e.kind = EquationKind::spot_x;
@@ -78,7 +88,7 @@ void add_circle(const RobotRun& run, const std::vector<Stretch>& stretches, std:
   if (!run.known.radius || !circle) return;
   std::optional<std::size_t> before;
   for (const std::size_t now : looks_of(run, stretches[*circle])) {
-    if (before && !is_new(run, StretchKind::drive, *before, now)) continue;
+    if (before && !is_new(run, StretchKind::drive, 1.0, *before, now)) continue;
     out.push_back({.kind = EquationKind::circle,
                    .stretch = *circle,
                    .a = now,

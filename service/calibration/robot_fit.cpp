@@ -212,6 +212,9 @@ void find_covariance(const RobotRun& run, FittedRobot& fit) {
   for (Eigen::Index i = 0; i < variance.size(); ++i)
     variance[i] = std::pow(fit.equations[static_cast<std::size_t>(i)].noise, 2);
   fit.covariance = gain * variance.asDiagonal() * gain.transpose();
+  fit.covariance(kAlong, kAlong) += kPlaceError_m * kPlaceError_m;
+  fit.covariance(kAcross, kAcross) += kPlaceError_m * kPlaceError_m;
+  fit.covariance(kHeading, kHeading) += kHeadingError_rad * kHeadingError_rad;
   for (std::size_t camera = 0; camera < run.uncertainty.size(); ++camera) {
     const Eigen::MatrixXd by = gain * by_camera(run, fit, camera);
     fit.covariance += by * run.uncertainty[camera].covariance * by.transpose();

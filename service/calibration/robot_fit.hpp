@@ -20,6 +20,11 @@ inline constexpr Eigen::Index kScale = 4;    ///< true way over the odometry's
 inline constexpr Eigen::Index kRadius = 5;   ///< of the circle that is known
 inline constexpr Eigen::Index kShared = 6;
 
+// A picture's error that is the same in every look where it stands or, turning, the same seen from the robot:
+// it is not in the residuals. Of its place and of its heading, standard deviations.
+inline constexpr double kPlaceError_m = 2e-4;
+inline constexpr double kHeadingError_rad = 5e-4;
+
 enum class EquationKind : std::uint8_t {
   spot_x,  ///< while it stands or turns on the spot, base_link is at the stretch's place
   spot_y,

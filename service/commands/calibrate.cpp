@@ -80,38 +80,59 @@ std::vector<FloorSheet> read_sheets(const std::filesystem::path& file) {
   return settings::read<SheetList>(settings::load(file)).sheets;
 }
 
-std::vector<calibration::SeenPoint> read_points(const std::filesystem::path& file) {
+CsvFile::CsvFile(const std::filesystem::path& file) : name_(file.string()) {
   std::ifstream in(file);
-  if (!in) throw std::runtime_error(file.string() + ": cannot be read");
+  if (!in) throw std::runtime_error(name_ + ": cannot be read");
   std::string line;
   std::getline(in, line);
-  const std::vector<std::string> heading = cells_of(line);
-  const auto column = [&](const std::string& name, bool needed) -> std::optional<std::size_t> {
-    const auto at = std::find(heading.begin(), heading.end(), name);
-    if (at != heading.end()) return static_cast<std::size_t>(at - heading.begin());
-    if (!needed) return std::nullopt;
-    throw std::runtime_error(file.string() + ":1: there is no column " + name +
-                             "; wanted are u_px, v_px, x_m, y_m and, if you like, z_m and name");
-  };
-  const std::array<std::optional<std::size_t>, 5> columns{column("u_px", true), column("v_px", true),
-                                                          column("x_m", true), column("y_m", true),
-                                                          column("z_m", false)};
-  const auto name = column("name", false);
-  std::vector<calibration::SeenPoint> points;
+  heading_ = cells_of(line);
   for (int number = 2; std::getline(in, line); ++number) {
-    const std::vector<std::string> cells = cells_of(line);
+    std::vector<std::string> cells = cells_of(line);
     if (cells.size() == 1 && cells[0].empty()) continue;
-    std::array<double, 5> values{};
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (!columns[i]) continue;
-      if (*columns[i] >= cells.size() || !read_number(cells[*columns[i]], values[i]))
-        throw std::runtime_error(file.string() + ":" + std::to_string(number) + ": " + heading[*columns[i]] +
-                                 " is no number");
-    }
-    const std::string place = file.filename().string() + ":" + std::to_string(number);
-    points.push_back({.name = name && *name < cells.size() && !cells[*name].empty() ? cells[*name] : place,
-                      .at = {values[2], values[3], values[4]},
-                      .pixel = {values[0], values[1]}});
+    rows_.push_back({number, std::move(cells)});
+  }
+}
+
+std::optional<std::size_t> CsvFile::find_column(const std::string& name) const {
+  const auto at = std::find(heading_.begin(), heading_.end(), name);
+  if (at == heading_.end()) return std::nullopt;
+  return static_cast<std::size_t>(at - heading_.begin());
+}
+
+std::size_t CsvFile::column(const std::string& name) const {
+  if (const auto at = find_column(name)) return *at;
+  throw std::runtime_error(name_ + ":1: there is no column " + name);
+}
+
+const std::string& CsvFile::text(std::size_t row, std::size_t column) const {
+  static const std::string kNothing;
+  const Row& there = rows_[row];
+  return column < there.cells.size() ? there.cells[column] : kNothing;
+}
+
+double CsvFile::number(std::size_t row, std::size_t column) const {
+  double value = 0.0;
+  if (read_number(text(row, column), value)) return value;
+  throw std::runtime_error(name_ + ":" + std::to_string(line(row)) + ": " + heading_[column] +
+                           " is no number");
+}
+
+std::vector<calibration::SeenPoint> read_points(const std::filesystem::path& path) {
+  const CsvFile file(path);
+  for (const char* wanted : {"u_px", "v_px", "x_m", "y_m"}) {
+    if (!file.find_column(wanted))
+      throw std::runtime_error(path.string() + ":1: there is no column " + wanted +
+                               "; wanted are u_px, v_px, x_m, y_m and, if you like, z_m and name");
+  }
+  const auto height = file.find_column("z_m");
+  const auto name = file.find_column("name");
+  std::vector<calibration::SeenPoint> points;
+  for (std::size_t row = 0; row < file.rows(); ++row) {
+    const auto number = [&](const char* column) { return file.number(row, file.column(column)); };
+    const std::string place = path.filename().string() + ":" + std::to_string(file.line(row));
+    points.push_back({.name = name && !file.text(row, *name).empty() ? file.text(row, *name) : place,
+                      .at = {number("x_m"), number("y_m"), height ? file.number(row, *height) : 0.0},
+                      .pixel = {number("u_px"), number("v_px")}});
   }
   return points;
 }
@@ -249,10 +270,12 @@ void add_calibrate(CLI::App& app, Run& run) {
                                          "are known. First `calibrate intrinsics` "
                                          "with pictures of a board, then `calibrate extrinsics` with "
                                          "something at known places on the floor; the file "
-                                         "they write goes into the configuration as cameras[].calibration.");
+                                         "they write goes into the configuration as cameras[].calibration. "
+                                         "`calibrate robot` measures a robot that these cameras see.");
   command->require_subcommand(1);
   add_calibrate_intrinsics(*command, run);
   add_calibrate_extrinsics(*command, run);
+  add_calibrate_robot(*command, run);
   add_calibrate_map(*command, run);
   add_calibrate_restore(*command, run);
 }

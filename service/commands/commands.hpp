@@ -37,6 +37,10 @@ struct ConfigFlags {
   Config load(const std::vector<Override>& more = {}) const;
 };
 
+/// The camera of the configuration file that the input's folder is named after, as `skylight simulate` writes
+/// them; else its first.
+std::string camera_of_input(const std::string& config_file, const std::string& input);
+
 /// A line of progress on stderr, if that is a terminal; takes no time otherwise.
 class Progress {
  public:

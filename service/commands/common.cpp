@@ -22,6 +22,22 @@ Config ConfigFlags::load(const std::vector<Override>& more) const {
   return load_config(layers);
 }
 
+std::string camera_of_input(const std::string& config_file, const std::string& input) {
+  namespace fs = std::filesystem;
+  const settings::Document file = settings::load(config_file);
+  const settings::Node* cameras = file.root.find("cameras");
+  const std::string folder = fs::weakly_canonical(fs::absolute(input)).filename().string();
+  std::optional<std::string> first;
+  for (std::size_t i = 0; cameras != nullptr && i < cameras->children.size(); ++i) {
+    const settings::Node* id = cameras->children[i].find("id");
+    const std::string* name = id != nullptr ? std::get_if<std::string>(&id->scalar) : nullptr;
+    if (name == nullptr) continue;
+    if (*name == folder) return folder;
+    if (!first) first = *name;
+  }
+  return first.value_or("camera");
+}
+
 Progress::Progress(std::string what, std::size_t total)
     : what_(std::move(what)), total_(total), terminal_(isatty(STDERR_FILENO) == 1) {}
 

@@ -139,6 +139,7 @@ int serve(const ServeFlags& flags) {
   add_frame_routes(router, context);
   add_event_routes(router, context);
   add_odometry_routes(router, context);
+  add_geometry_routes(router, context);
   add_simulator_routes(router, context);
   if (flags.print_routes) return print_routes(router);
   http::Server server(server_options(config.server, warn), std::move(router), page_files());

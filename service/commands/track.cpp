@@ -83,23 +83,6 @@ cv::Size first_frame_size(const TrackFlags& flags) {
   return frame->image.size();
 }
 
-// The camera of the configuration file that the folder is named after, as `skylight simulate` writes them;
-// else its first.
-std::string camera_of_file(const TrackFlags& flags) {
-  const settings::Document file = settings::load(flags.config.file);
-  const settings::Node* cameras = file.root.find("cameras");
-  const std::string folder = fs::weakly_canonical(fs::absolute(flags.input)).filename().string();
-  std::optional<std::string> first;
-  for (std::size_t i = 0; cameras != nullptr && i < cameras->children.size(); ++i) {
-    const settings::Node* id = cameras->children[i].find("id");
-    const std::string* name = id != nullptr ? std::get_if<std::string>(&id->scalar) : nullptr;
-    if (name == nullptr) continue;
-    if (*name == folder) return folder;
-    if (!first) first = *name;
-  }
-  return first.value_or("camera");
-}
-
 Config configure(const TrackFlags& flags) {
   std::vector<Override> more;
   std::string camera = "camera";
@@ -122,7 +105,7 @@ Config configure(const TrackFlags& flags) {
               {"start_s", flags.start_s}};
   if (folder && flags.frame_rate_hz > 0) source["frame_rate_hz"] = flags.frame_rate_hz;
   if (camera.empty()) {
-    camera = camera_of_file(flags);
+    camera = camera_of_input(flags.config.file, flags.input);
   }
   source["camera"] = camera;
   more.push_back({"source=" + source.dump(), flags.input});

@@ -61,6 +61,7 @@ void add_extrinsics_routes(http::Router& router, const RouteContext& context);
 void add_frame_routes(http::Router& router, const RouteContext& context);
 void add_event_routes(http::Router& router, const RouteContext& context);
 void add_odometry_routes(http::Router& router, const RouteContext& context);
+void add_geometry_routes(http::Router& router, const RouteContext& context);
 void add_simulator_routes(http::Router& router, const RouteContext& context);
 
 // What several of them need. Those that read a request throw http::Problem with the parameter's name, its

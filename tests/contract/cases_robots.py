@@ -19,7 +19,8 @@ def leaves(contract, schema, path=(), beside=None):
     if "properties" not in schema:
         yield path, schema, beside or {}
         return
-    needed = {name: 0 for name in schema.get("required", [])}
+    needed = {name: [0] * contract.resolve(schema["properties"][name]).get("minItems", 0) or 0
+              for name in schema.get("required", [])}
     for name, part in schema["properties"].items():
         yield from leaves(contract, part, path + (name,), beside or needed)
 

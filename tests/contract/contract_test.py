@@ -10,6 +10,7 @@ from cases_calibration import Calibration
 from cases_description import Description
 from cases_ended import Ended
 from cases_events import Events
+from cases_geometry import Geometry
 from cases_live import Live
 from cases_odometry import Odometry
 from cases_poses import Poses
@@ -18,8 +19,8 @@ from cases_robots import Appearances, Cameras, Robots
 from cases_simulator import Simulator
 from cases_together import Health, Together
 
-CASES = (Description, Refusals, Poses, Events, Odometry, Robots, Appearances, Cameras, Health, Together, Simulator, Live,
-         Calibration, Ended)
+CASES = (Description, Refusals, Poses, Events, Odometry, Geometry, Robots, Appearances, Cameras, Health, Together, Simulator,
+         Live, Calibration, Ended)
 
 
 def suite(names):

@@ -217,6 +217,8 @@ class Calibrate(Case):
                 (("extrinsics", "--camera", lens, "--points", self.points("mirrored.csv", -1)), 1, "mirrored"),
                 (("extrinsics", "--camera", lens, "--points", self.write("bad.csv", "u_px,v_px,x_m\n")), 1, "bad.csv:1"),
                 (("map", lens, "--frame", "0,0,0"), 1, "extrinsics"),
+                (("robot", lens.parent), 2, "--config"), (("robot", "--distance", "far"), 2, "--distance"),
+                (("robot", "--distance", "0.01"), 2, "0.1 to 1000"), (("robot", "--robot", "nobody"), 2, "nobody"),
                 (("restore", lens), 1, "no versions"), ((), 2, "subcommand")):
             out, err, got = run("calibrate", *arguments)
             self.assertEqual(got, code, (arguments, err))

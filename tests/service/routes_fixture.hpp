@@ -74,6 +74,7 @@ class Routes : public testing::Test {
     add_appearance_routes(router_, *context_);
     add_camera_routes(router_, *context_);
     add_odometry_routes(router_, *context_);
+    add_geometry_routes(router_, *context_);
     rig_.pipeline->start();
   }
 

@@ -28,7 +28,9 @@ struct RunPlan {
   calibration::RobotGeometry assumed{0.141, {0.02, -0.01, 0.0}};
   double place_sigma_m = 1e-4;
   double yaw_sigma_rad = 1e-3;
-  double odometry_scale = 1.0;  ///< true way over what it says; 0: no odometry
+  Eigen::Vector3d picture_error{0.0, 0.0,
+                                0.0};  ///< the same in every look, along the picture's axes, and of its yaw
+  double odometry_scale = 1.0;         ///< true way over what it says; 0: no odometry
   double odometry_clock_s = 0.0;
   std::uint64_t seed = 1;
 };
@@ -87,9 +89,10 @@ inline calibration::RobotRun robot_run(const RunPlan& plan, std::vector<Pose2>* 
                             plan.assumed.surface_height_m);
         const Eigen::Vector3d noise(random.normal(), random.normal(), random.normal());
         if (!seen) continue;
-        seen->x += plan.place_sigma_m * noise.x();
-        seen->y += plan.place_sigma_m * noise.y();
-        seen->yaw = wrap_angle(seen->yaw + plan.yaw_sigma_rad * noise.z());
+        const Eigen::Vector2d same = Eigen::Rotation2Dd(seen->yaw) * plan.picture_error.head<2>();
+        seen->x += plan.place_sigma_m * noise.x() + same.x();
+        seen->y += plan.place_sigma_m * noise.y() + same.y();
+        seen->yaw = wrap_angle(seen->yaw + plan.yaw_sigma_rad * noise.z() + plan.picture_error.z());
         run.seen.push_back({captured, camera, *seen});
       }
     }

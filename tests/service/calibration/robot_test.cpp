@@ -204,6 +204,16 @@ TEST(RobotGeometry, OdometryOfAnotherRobotIsRefused) {
   EXPECT_NE(fit.remarks[0].find("odometry was left out"), std::string::npos) << fit.remarks[0];
 }
 
+// Ten minutes are what a history keeps. However long it stood and turned, the fit stays small.
+TEST(RobotGeometry, AVeryLongRunIsThinned) {
+  const RunPlan asked = plan({{.for_s = 200.0}, {.w_radps = 1.0, .for_s = 200.0}, kStand});
+  const RobotFit fit = fit_robot(robot_run(asked));
+  for (const Stretch& stretch : fit.stretches) EXPECT_LE(stretch.used + stretch.dropped, 1010U);
+  ASSERT_TRUE(fit.mounting_x_m.value);
+  EXPECT_NEAR(*fit.mounting_x_m.value, 0.020, 0.0002);
+  EXPECT_NEAR(fit.spun_rad, 200.0, 2.0);
+}
+
 TEST(RobotGeometry, LengthsOutOfRangeAreRefused) {
   RobotRun run = robot_run(plan({kStand}));
   run.known.distance = KnownLength{0.01, 1e-3};
@@ -233,9 +243,9 @@ Honesty mean_squares(bool wrong_cameras) {
       asked.calibrated = {wrong.model};
       asked.told = {wrong.told};
     }
-    std::vector<Pose2> places;
-    RobotRun run = robot_run(asked, &places);
     service::Random tape(1000 + static_cast<std::uint64_t>(seed));
+    asked.picture_error = {2e-4 * tape.normal(), 2e-4 * tape.normal(), 5e-4 * tape.normal()};
+    RobotRun run = robot_run(asked);
     run.known.distance = KnownLength{4.0 + 1e-3 * tape.normal(), 1e-3};
     const RobotFit fit = fit_robot(run);
     const auto square = [](const GeometryFigure& figure, double truth) {
