@@ -96,6 +96,24 @@ Event calibration_event(const CameraSnapshot& camera, const CameraModel& before)
           .data = {{"shift_mm", shift_mm}, {"turn_deg", turn_deg}}};
 }
 
+Event agreement_event(const std::string& camera, const AgreementChange& change) {
+  const CameraAgreement& state = change.state;
+  char message[160];
+  std::snprintf(message, sizeof message,
+                change.disagrees ? " sees a robot %.1f mm from where the others see it, %.1f sigma%s"
+                                 : " sees robots where the others do (%.1f mm, %.1f sigma)%s",
+                state.off_m * 1e3, state.sigmas,
+                change.disagrees && state.refused ? ": it is not believed" : "");
+  return {.kind = change.disagrees ? "cameras.disagree" : "cameras.agree",
+          .severity = change.disagrees ? Severity::warning : Severity::info,
+          .camera = camera,
+          .message = "camera " + camera + message,
+          .data = {{"off_m", state.off_m},
+                   {"sigmas", state.sigmas},
+                   {"robots", state.robots},
+                   {"refused", state.refused}}};
+}
+
 std::vector<Event> robot_events(const RobotSpecs& before, const RobotSpecs& after) {
   std::vector<Event> out;
   for (const auto& was : before) {

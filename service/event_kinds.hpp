@@ -5,7 +5,9 @@
 //   camera.moved     a camera hangs elsewhere than before            data: since, shift_px, degrees
 //   camera.back      it sees the floor where it was again            data: since
 //   camera.blind     it sees too little of the floor to tell         data: since
-//   calibration.changed  a camera has another calibration        data: shift_mm, turn_deg
+//   calibration.changed  a camera has another calibration            data: shift_mm, turn_deg
+//   cameras.disagree a camera sees robots elsewhere than the others  data: off_m, sigmas, robots, refused
+//   cameras.agree    it sees them where the others do again          data: the same
 //   robot.added, robot.changed, robot.removed
 #pragma once
 
@@ -30,6 +32,8 @@ std::optional<Event> hold_event(const CameraSnapshot& camera, CameraHold before)
 
 /// `camera` has its new calibration; `before`: what it was by the one before.
 Event calibration_event(const CameraSnapshot& camera, const CameraModel& before);
+
+Event agreement_event(const std::string& camera, const AgreementChange& change);
 
 /// How far the camera was turned, to move the floor in its picture as far as it was moved, radians: about the
 /// optical axis, and across it as though it had only been turned.

@@ -89,6 +89,7 @@ void Pipeline::install(std::vector<NamedCamera> cameras) {
   odometry_.clear();
   next_ = Snapshot{.sequence = next_.sequence, .source_error = {}, .robots = {}, .cameras = {}};
   watcher_ = options_.watch ? std::make_unique<CameraWatcher>(*options_.watch, cameras.size()) : nullptr;
+  agreements_ = CameraAgreements(cameras.size());
   for (NamedCamera& camera : cameras) {
     if (!camera.calibration)
       camera.calibration =
@@ -352,6 +353,17 @@ void Pipeline::take_hold(std::size_t camera) {
   }
 }
 
+void Pipeline::compare_cameras(const std::vector<RobotView>& views) {
+  if (next_.cameras.size() < 2) return;
+  const std::vector<AgreementChange> changes = agreements_.see(next_.captured, views);
+  for (std::size_t i = 0; i < next_.cameras.size(); ++i) {
+    next_.cameras[i].agreement = agreements_.of(i);
+    next_.cameras[i].disagrees = agreements_.disagrees(i);
+  }
+  for (const AgreementChange& change : changes)
+    events().add(agreement_event(next_.cameras[change.camera].id, change));
+}
+
 // Every change is answered after it shows: whoever added a robot finds it.
 void Pipeline::run_changes(std::vector<Change>& changes) {
   std::vector<std::exception_ptr> failures;
@@ -384,6 +396,7 @@ void Pipeline::take_specs() {
 
 void Pipeline::publish() {
   std::vector<RobotView> views = tracker_.views();
+  compare_cameras(views);
   next_.robots.clear();
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto copies = std::count_if(specs_.begin(), specs_.end(), [&](const auto& spec) {

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "service/calibration/in_use.hpp"
+#include "service/camera_agreement.hpp"
 #include "service/camera_watcher.hpp"
 #include "service/clock.hpp"
 #include "service/event_log.hpp"
@@ -108,6 +109,7 @@ class Pipeline {
   void hand_on(Frame frame);
   void take_feeds();
   void take_hold(std::size_t camera);
+  void compare_cameras(const std::vector<RobotView>& views);
   void set_source(SourceState state, const std::string& error);
 
   PipelineOptions options_;
@@ -139,6 +141,7 @@ class Pipeline {
   Snapshot next_;
   std::vector<std::shared_ptr<const RobotSpec>> specs_;
   std::unique_ptr<CameraWatcher> watcher_;
+  CameraAgreements agreements_{0};
   std::vector<std::vector<Time>> recent_;  ///< capture times of the last second, per camera
 
   std::thread capture_thread_;

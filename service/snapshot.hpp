@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "service/calibration/in_use.hpp"
+#include "service/camera_agreement.hpp"
 #include "service/sources/feed_status.hpp"
 #include "tracker/camera_watch.hpp"
 #include "tracker/tracker.hpp"
@@ -32,6 +33,9 @@ struct CameraSnapshot {
   Time captured{};                   ///< of the newest frame
   cv::Mat image;                     ///< the newest frame; never written to
   std::optional<FeedStatus> feed{};  ///< of a live camera; its unreadable and overtaken count above too
+  std::optional<CameraAgreement>
+      agreement{};         ///< with the others that see the same robots; none: there are none
+  bool disagrees = false;  ///< as an event has told
   std::optional<CameraWatchReport> hold{};  ///< whether it still hangs as it did; none: it is not watched
 };
 

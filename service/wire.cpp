@@ -127,6 +127,16 @@ Json to_json(const Intrinsics& in) {
           {"distortion", in.distortion}};
 }
 
+// With the other cameras.
+Json agreement_json(const CameraSnapshot& camera) {
+  if (!camera.agreement) return nullptr;
+  return {{"state", camera.disagrees ? "disagrees" : "agrees"},
+          {"off_m", number(camera.agreement->off_m)},
+          {"sigmas", number(camera.agreement->sigmas)},
+          {"robots", camera.agreement->robots},
+          {"refused", camera.agreement->refused}};
+}
+
 Json to_json(const CameraSnapshot& camera) {
   const bool seen = camera.frames > 0;
   return {{"id", camera.id},
@@ -138,6 +148,7 @@ Json to_json(const CameraSnapshot& camera) {
           {"bad_frames", camera.bad_frames},
           {"frame_rate_hz", number(camera.frame_rate_hz)},
           {"source", camera.feed ? to_json(*camera.feed) : Json(nullptr)},
+          {"agreement", agreement_json(camera)},
           {"hold", camera.hold ? to_json(*camera.hold) : Json(nullptr)}};
 }
 

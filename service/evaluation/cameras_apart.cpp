@@ -39,6 +39,7 @@ void CamerasScore::merge(const CamerasScore& other) {
     append(cameras[i].together_m, other.cameras[i].together_m);
   }
   append(steps_m, other.steps_m);
+  append(hand_over_m, other.hand_over_m);
 }
 
 double CamerasScore::worst_ratio() const {
@@ -58,6 +59,7 @@ CamerasApart::CamerasApart(const SimulatorFrames& simulator, const Assembly& ass
     score_.cameras.push_back({.id = camera.id, .alone_m = {}, .together_m = {}});
   }
   in_view_.assign(alone_.size(), std::vector<bool>(robots_.size(), false));
+  view_changed_.resize(robots_.size());
   last_.resize(robots_.size());
 }
 
@@ -79,7 +81,10 @@ CamerasApart::Errors CamerasApart::errors(const Tracker& tracker, Time at, const
 void CamerasApart::process(const Frame& frame, const std::vector<Truth>& truth) {
   together_.process(frame);
   alone_[frame.camera].process(frame);
-  for (std::size_t i = 0; i < truth.size(); ++i) in_view_[frame.camera][i] = truth[i].in_view;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (in_view_[frame.camera][i] != truth[i].in_view) view_changed_[i] = frame.captured;
+    in_view_[frame.camera][i] = truth[i].in_view;
+  }
   if (!first_) first_ = frame.captured;
   const bool late = newest_ && frame.captured <= *newest_;
   if (late || frame.captured - *first_ < kGrace) return;
@@ -89,8 +94,10 @@ void CamerasApart::process(const Frame& frame, const std::vector<Truth>& truth) 
 
 void CamerasApart::judge(const Frame& frame, const std::vector<Truth>& truth, const Errors& together) {
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    if (together[i] && last_[i] && frame.captured - *newest_ < kLongestStep)
-      score_.steps_m.push_back((*together[i] - *last_[i]).norm());
+    if (!together[i] || !last_[i] || frame.captured - *newest_ > kLongestStep) continue;
+    score_.steps_m.push_back((*together[i] - *last_[i]).norm());
+    if (frame.captured - view_changed_[i] < std::chrono::seconds(1))
+      score_.hand_over_m.push_back(score_.steps_m.back());
   }
   last_ = together;
   std::vector<Errors> alone;
@@ -117,12 +124,15 @@ Json to_json(const CamerasScore& score) {
                        {"together_m", mean(camera.together_m)},
                        {"ratio", ratio(camera)}});
   }
-  std::vector<double> steps = score.steps_m;
-  std::sort(steps.begin(), steps.end());
+  const auto spread = [](std::vector<double> steps) {
+    std::sort(steps.begin(), steps.end());
+    return Json{{"p99", percentile(steps, 0.99)}, {"max", steps.empty() ? 0.0 : steps.back()}};
+  };
   return {{"cameras", cameras},
           {"worst_ratio", score.worst_ratio()},
           {"mean_ratio", score.mean_ratio()},
-          {"step_m", {{"p99", percentile(steps, 0.99)}, {"max", steps.empty() ? 0.0 : steps.back()}}}};
+          {"step_m", spread(score.steps_m)},
+          {"hand_over_m", spread(score.hand_over_m)}};
 }
 
 void print_cameras(const CamerasScore& score) {
@@ -134,9 +144,13 @@ void print_cameras(const CamerasScore& score) {
                 camera["together_m"].get<double>() * 1e3, camera["ratio"].get<double>(),
                 camera["frames"].get<std::size_t>());
   }
-  std::printf("  worst ratio %.2f, mean %.2f; step of the error from frame to frame: p99 %.3f, max %.3f mm\n",
-              score.worst_ratio(), score.mean_ratio(), all["step_m"]["p99"].get<double>() * 1e3,
-              all["step_m"]["max"].get<double>() * 1e3);
+  std::printf("  worst ratio %.2f, mean %.2f\n", score.worst_ratio(), score.mean_ratio());
+  const auto steps = [&](const char* what, const char* key) {
+    std::printf("  step of the error from frame to frame, %s: p99 %.3f, max %.3f mm\n", what,
+                all[key]["p99"].get<double>() * 1e3, all[key]["max"].get<double>() * 1e3);
+  };
+  steps("everywhere", "step_m");
+  steps("at hand-overs", "hand_over_m");
 }
 
 }  // namespace skylight::service

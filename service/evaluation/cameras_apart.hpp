@@ -21,8 +21,10 @@ struct CamerasScore {
   };
   std::vector<Camera> cameras;
   /// From one frame of any camera to the next: by how much the error of the tracker over all changed, which
-  /// is its motion less the true one. Everywhere, hand-overs among it.
+  /// is its motion less the true one.
   std::vector<double> steps_m;
+  /// Those of them within a second after a camera began or ceased to have the robot in view.
+  std::vector<double> hand_over_m;
 
   /// Pools another run's.
   void merge(const CamerasScore& other);
@@ -51,12 +53,14 @@ class CamerasApart {
   Tracker together_;
   std::vector<Tracker> alone_;              ///< by camera
   std::vector<std::vector<bool>> in_view_;  ///< by camera, by robot: of its newest frame
+  std::vector<Time> view_changed_;          ///< by robot
   std::optional<Time> first_, newest_;
   Errors last_;
   CamerasScore score_;
 };
 
-/// {cameras: [{id, frames, alone_m, together_m, ratio}], worst_ratio, mean_ratio, step_m: {p99, max}}
+/// {cameras: [{id, frames, alone_m, together_m, ratio}], worst_ratio, mean_ratio, step_m: {p99, max},
+/// hand_over_m: the same}
 Json to_json(const CamerasScore& score);
 void print_cameras(const CamerasScore& score);
 
