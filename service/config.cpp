@@ -241,6 +241,7 @@ RobotConfig robot_config(const RobotSpec& spec) {
 TrackerConfig tracker_config(const Config& config) {
   TrackerConfig tracker;
   tracker.search = config.tracker.search;
+  tracker.depth = config.tracker.depth;
   tracker.audit_interval = config.tracker.audit_interval;
   tracker.history = {.max_age = from_seconds(config.history.max_age_s),
                      .max_entries = config.history.max_entries};

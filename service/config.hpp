@@ -40,6 +40,7 @@ void describe(settings::Fields& fields, WindowFilterConfig& filter);
 void describe(settings::Fields& fields, HomographyConfig& homography);
 void describe(settings::Fields& fields, TagSpec& tag);
 void describe(settings::Fields& fields, SearchConfig& search);
+void describe(settings::Fields& fields, DepthConfig& depth);
 void describe(settings::Fields& fields, CameraWatchConfig& watch);
 
 namespace service {
@@ -202,6 +203,7 @@ struct RobotConfig {
 struct TrackingConfig {
   MethodConfig method{};  ///< its keys stand in the section itself
   SearchConfig search{};
+  DepthConfig depth{};
   int audit_interval = TrackerConfig{}.audit_interval;
 };
 

@@ -374,6 +374,7 @@ void describe(Fields& fields, TrackingConfig& tracker) {
   fields.about("How robots are detected and filtered, unless they say otherwise.");
   describe_method(fields, tracker.method);
   fields.field("search", tracker.search);
+  fields.field("depth", tracker.depth);
   fields.field("audit_interval", tracker.audit_interval,
                {.min = 0,
                 .max = 1000000,

@@ -16,7 +16,8 @@ const cv::Scalar kOther(0, 94, 213);
 
 cv::Scalar colour_of(TrackState state) {
   if (state == TrackState::tracking) return kTracking;
-  return state == TrackState::predicting ? kPredicting : kOther;
+  const bool carried_on = state == TrackState::predicting || state == TrackState::occluded;
+  return carried_on ? kPredicting : kOther;
 }
 
 struct Painter {

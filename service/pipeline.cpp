@@ -334,6 +334,7 @@ void Pipeline::process(const Frame& frame) {
   ++camera.frames;
   camera.captured = frame.captured;
   camera.image = frame.image;
+  camera.depth = tracker_.floor_fit(frame.camera);
   if (watcher_) {
     watcher_->offer(frame);
     take_hold(frame.camera);

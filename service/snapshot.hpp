@@ -37,6 +37,7 @@ struct CameraSnapshot {
       agreement{};         ///< with the others that see the same robots; none: there are none
   bool disagrees = false;  ///< as an event has told
   std::optional<CameraWatchReport> hold{};  ///< whether it still hangs as it did; none: it is not watched
+  std::optional<FloorFit> depth{};  ///< how its depth sees the floor; none: it has none, or it is not used
 };
 
 struct Snapshot {

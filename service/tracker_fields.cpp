@@ -210,6 +210,47 @@ void describe(Fields& fields, SearchConfig& search) {
                {.min = 1, .max = 100, .help = "The same while no robot is tracked that this could hold up."});
 }
 
+void describe(Fields& fields, DepthConfig& depth) {
+  fields.about(
+      "Frames with depth: robots that are covered are told from lost ones, poses at the wrong height are "
+      "refused, searches look at things of a robot's height first.");
+  fields.field("use", depth.use, {.help = "false: depth is not looked at."});
+  fields.field("cell_px", depth.cell_px,
+               {.min = 2,
+                .max = 32,
+                .unit = "px",
+                .help = "Side of the squares in which depth is read, four readings each."});
+  fields.field("learn_frames", depth.learn_frames,
+               {.min = 1,
+                .max = 1000,
+                .unit = "frames",
+                .help = "Of the floor, until heights above it are believed."});
+  fields.field("follow_frames", depth.follow_frames,
+               {.min = 1,
+                .max = 100000,
+                .unit = "frames",
+                .help = "Over which the correction of the sensor follows; at least learn_frames."});
+  fields.field(
+      "follow_interval", depth.follow_interval,
+      {.min = 1, .max = 1000, .unit = "frames", .help = "Between looks at the floor once it is learnt."});
+  fields.field("tolerance_m", depth.tolerance_m,
+               {.min = 0.001,
+                .max = 1,
+                .unit = "m",
+                .help = "By which a surface may be off its height, whatever the noise."});
+  fields.field(
+      "sigmas", depth.sigmas,
+      {.min = 1, .max = 10, .help = "By how many standard deviations of the depth, where those are more."});
+  fields.field("covered_share", depth.covered_share,
+               {.min = 0.05,
+                .max = 1,
+                .help = "Of a robot's surface behind higher things, from which it is covered."});
+  fields.field("correct_homography", depth.correct_homography,
+               {.help = "The detector homography reads the corrected depth; false: the sensor's own."});
+  const std::string wrong = check(depth);
+  fields.check(wrong.empty(), "", wrong);
+}
+
 void describe(Fields& fields, CameraWatchConfig& watch) {
   fields.field("interval_s", watch.interval_s, {.min = 0, .max = 60, .unit = "s", .help = "Between looks."});
   fields.field("learn_s", watch.learn_s,

@@ -44,6 +44,13 @@ Json pose_json(const PublishedPose& pose, const PoseAnswer& answer, Time now) {
           {"identity_confidence", number(answer.identity_confidence)}};
 }
 
+Json height_json(const SurfaceHeight& height) {
+  if (height.looks() == 0) return nullptr;
+  return {{"height_m", number(height.height_m())},
+          {"sigma_m", number(height.sigma_m())},
+          {"frames", height.looks()}};
+}
+
 }  // namespace
 
 std::string_view to_string(SourceState state) {
@@ -78,7 +85,8 @@ Json to_json(const RobotSnapshot& robot, const PoseAnswer& now) {
                    {"last_seen", now.last_seen ? Json(unix_seconds(*now.last_seen)) : Json(nullptr)},
                    {"size_m", {size.x(), size.y()}},
                    {"heading_turns", spec.appearance ? spec.appearance->heading_turns() : 1},
-                   {"copies", robot.copies}};
+                   {"copies", robot.copies},
+                   {"measured_height", height_json(robot.view.measured_height)}};
   return out;
 }
 
@@ -137,6 +145,16 @@ Json agreement_json(const CameraSnapshot& camera) {
           {"refused", camera.agreement->refused}};
 }
 
+Json to_json(const FloorFit& floor) {
+  return {{"known", floor.known},
+          {"share", number(floor.share)},
+          {"offset_m", number(floor.offset_m)},
+          {"tilt_rad", number(floor.tilt_rad)},
+          {"bend_m", number(floor.bend_m)},
+          {"noise_m", number(floor.noise_m)},
+          {"uneven_m", number(floor.uneven_m)}};
+}
+
 Json to_json(const CameraSnapshot& camera) {
   const bool seen = camera.frames > 0;
   return {{"id", camera.id},
@@ -149,7 +167,8 @@ Json to_json(const CameraSnapshot& camera) {
           {"frame_rate_hz", number(camera.frame_rate_hz)},
           {"source", camera.feed ? to_json(*camera.feed) : Json(nullptr)},
           {"agreement", agreement_json(camera)},
-          {"hold", camera.hold ? to_json(*camera.hold) : Json(nullptr)}};
+          {"hold", camera.hold ? to_json(*camera.hold) : Json(nullptr)},
+          {"depth", camera.depth ? to_json(*camera.depth) : Json(nullptr)}};
 }
 
 Json to_json(const Event& event) {

@@ -16,6 +16,7 @@ Json to_json(const PoseAnswer& answer, Time now);
 Json to_json(const RobotSnapshot& robot, const PoseAnswer& now);
 Json to_json(const FeedStatus& feed);
 Json to_json(const Intrinsics& intrinsics);
+Json to_json(const FloorFit& floor);
 Json to_json(const CameraSnapshot& camera);
 Json to_json(const Event& event);
 /// {position_m, quaternion_xyzw}

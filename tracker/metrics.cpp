@@ -66,6 +66,7 @@ void RobotMetrics::add(const ScoredFrame& frame) {
   const double distance = has_pose ? (frame.estimate->position() - frame.truth.position()).norm() : 0.0;
   const bool wrong = frame.estimate && !(has_pose && distance <= kUsableError);
   if (frame.state == TrackState::tracking && wrong) ++confident_wrong_;
+  judge_finding(frame, has_pose, wrong);
 
   if (frame.in_view && !came_into_view_) came_into_view_ = frame.captured;
   if (!came_into_view_ || frame.captured - *came_into_view_ < kGrace) return;
@@ -80,6 +81,34 @@ void RobotMetrics::add(const ScoredFrame& frame) {
     judge_covariance({frame.estimate->x - frame.truth.x, frame.estimate->y - frame.truth.y, yaw_error},
                      *frame.covariance);
   }
+}
+
+void RobotMetrics::away() {
+  last_truth_.reset();
+  was_visible_ = false;
+  if (waiting_since_) ++never_found_;
+  waiting_since_.reset();
+}
+
+void RobotMetrics::judge_finding(const ScoredFrame& frame, bool has_pose, bool wrong) {
+  const bool visible = frame.visible >= kHidden;
+  const bool carried = last_truth_ && (frame.truth.position() - last_truth_->position()).norm() > kCarried;
+  if (waiting_since_ && (!visible || carried)) {
+    ++never_found_;
+    waiting_since_.reset();
+  }
+  if (visible && (!was_visible_ || carried)) waiting_since_ = frame.captured;
+  if (waiting_since_ && has_pose && !wrong && frame.state == TrackState::tracking) {
+    find_times_.push_back(to_seconds(frame.captured - *waiting_since_));
+    waiting_since_.reset();
+  }
+  if (frame.in_view && !visible) {
+    ++hidden_;
+    if (wrong) ++hidden_wrong_;
+    if (frame.state == TrackState::occluded) ++hidden_told_;
+  }
+  was_visible_ = visible;
+  last_truth_ = frame.truth;
 }
 
 void RobotMetrics::judge_covariance(const Eigen::Vector3d& error, const Covariance3& covariance) {
@@ -112,6 +141,11 @@ void RobotMetrics::merge(const RobotMetrics& other) {
   nees_frames_ += other.nees_frames_;
   inside_ellipse_ += other.inside_ellipse_;
   bad_covariances_ += other.bad_covariances_;
+  append(find_times_, other.find_times_);
+  never_found_ += other.never_found_ + (other.waiting_since_ ? 1 : 0);
+  hidden_ += other.hidden_;
+  hidden_wrong_ += other.hidden_wrong_;
+  hidden_told_ += other.hidden_told_;
 }
 
 RobotScore RobotMetrics::score() const {
@@ -130,6 +164,15 @@ RobotScore RobotMetrics::score() const {
   out.ellipse_95 = share(inside_ellipse_, nees_frames_);
   out.nees_frames = nees_frames_;
   out.bad_covariances = bad_covariances_;
+  out.finds = find_times_.size();
+  for (const double time : find_times_) {
+    out.find_mean_s += time / static_cast<double>(find_times_.size());
+    out.find_worst_s = std::max(out.find_worst_s, time);
+  }
+  out.never_found = never_found_ + (waiting_since_ ? 1 : 0);
+  out.hidden = hidden_;
+  out.hidden_wrong = hidden_wrong_;
+  out.hidden_told = hidden_told_;
   return out;
 }
 

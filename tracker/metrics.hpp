@@ -14,6 +14,7 @@ struct ScoredFrame {
   Time captured{};
   Pose2 truth;                            ///< at `captured`
   bool in_view = true;                    ///< the robot stands in some camera's picture
+  double visible = 1.0;                   ///< share of its top that some camera sees, 0 to 1
   std::optional<Pose2> estimate;          ///< of the kind that is scored; none where there was none
   std::optional<Covariance3> covariance;  ///< of the estimate; none where there is none
   TrackState state = TrackState::searching;
@@ -54,6 +55,17 @@ struct RobotScore {
   double nees_mean = 0.0;
   double ellipse_95 = 0.0;      ///< share of those with the true position inside the 95 % ellipse
   std::size_t nees_frames = 0;  ///< how many those were
+  /// From when it came into view, or back into it (half of its top is seen, where less was before, or it was
+  /// carried elsewhere), until a pose in state `tracking` was within 0.1 m. Seconds.
+  std::size_t finds = 0;
+  double find_mean_s = 0.0;
+  double find_worst_s = 0.0;
+  std::size_t never_found = 0;  ///< times that it was not found before it went out of view again, or the end
+  /// While it stood in the picture and less than half of its top was seen: frames, poses off by more than 0.1
+  /// m, and frames whose state said `occluded`.
+  std::size_t hidden = 0;
+  std::size_t hidden_wrong = 0;
+  std::size_t hidden_told = 0;
   std::size_t bad_covariances =
       0;  ///< with a pose, and a covariance not finite, not symmetric or not positive
 };
@@ -63,10 +75,14 @@ class RobotMetrics {
  public:
   static constexpr double kUsableError = 0.1;  ///< m
   static constexpr Duration kGrace = std::chrono::seconds(1);
+  static constexpr double kHidden = 0.5;   ///< share of its top of which less is seen
+  static constexpr double kCarried = 0.3;  ///< m from frame to frame: no robot drives that fast
   /// 95 % quantile of chi-squared with two degrees of freedom: -2 ln 0.05.
   static constexpr double kEllipse95 = 5.991464547107979;
 
   void add(const ScoredFrame& frame);
+  /// It is carried about at the time of a frame: nothing to be right or wrong about.
+  void away();
 
   /// Pools another run's frames with these (each run counts from its own coming into view).
   void merge(const RobotMetrics& other);
@@ -74,9 +90,18 @@ class RobotMetrics {
   RobotScore score() const;
 
  private:
+  void judge_finding(const ScoredFrame& frame, bool has_pose, bool wrong);
   void judge_covariance(const Eigen::Vector3d& error, const Covariance3& covariance);
 
   std::optional<Time> came_into_view_;
+  std::optional<Pose2> last_truth_;  ///< where it was in the frame before; none: carried about, or no frame
+  bool was_visible_ = false;
+  std::optional<Time> waiting_since_;  ///< to be found
+  std::vector<double> find_times_;
+  std::size_t never_found_ = 0;
+  std::size_t hidden_ = 0;
+  std::size_t hidden_wrong_ = 0;
+  std::size_t hidden_told_ = 0;
   std::size_t frames_ = 0;
   std::size_t measured_ = 0;
   std::size_t usable_ = 0;

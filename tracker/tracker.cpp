@@ -55,11 +55,13 @@ void Tracker::Impl::detect(Track& track, const Frame& frame,
                            const std::map<int, HomographyFeatures>& features) const {
   track.observed.reset();
   track.searched = false;
+  track.covered = false;
   track.reason = {};
   if (track.homography) {
     const auto& scene = features.at(track.homography->config().features);
-    track.observed = track.of_robot(
-        track.homography->detect(frame, scene, cameras[frame.camera], track.surface_height_m()));
+    track.observed = track.of_robot(track.homography->detect(
+        frame, scene, cameras[frame.camera], track.surface_height_m(),
+        depth != nullptr && config.depth.correct_homography ? &depth->floor : nullptr));
     if (!track.observed) track.reason = kNoHomography;
     const bool known = track.state != TrackState::searching && track.state != TrackState::lost;
     if (track.observed && !known && any_covers(config.floor_masks, track.observed->pose.position())) {
@@ -129,6 +131,7 @@ void Tracker::Impl::search(const Frame& frame) {
 }
 
 void Tracker::Impl::search_step(Track& track, const Frame& frame) const {
+  if (depth != nullptr && search_blobs(track, frame)) return;
   const CameraModel& camera = cameras[frame.camera];
   const double height = track.surface_height_m();
   const Intrinsics& in = camera.intrinsics();
@@ -144,6 +147,7 @@ void Tracker::Impl::search_step(Track& track, const Frame& frame) const {
     return !any_covers(config.floor_masks, place);
   };
   track.observed = track.of_robot(track.orb->find_in(frame, camera, *tile, height, allowed));
+  refuse_wrong_height(track, frame);
 }
 
 // Two robots cannot stand in one place: whose tag is there has it, else who was tracked there, else who fits
@@ -196,8 +200,10 @@ RobotReport Tracker::Impl::update(Track& track, const Frame& frame) const {
     track.reason = {};
     return report;
   }
-  const FilterStep step = track.filter->update(frame.captured, track.observed);
+  FilterStep step = track.filter->update(frame.captured, track.observed);
   if (step.accepted) track.last_accepted = {.camera = frame.camera, .at = frame.captured};
+  const bool unseen = step.state == TrackState::predicting || step.state == TrackState::lost;
+  if (track.covered && unseen) step.state = TrackState::occluded;
   track.state = step.state;
   report.state = step.state;
   report.filtered = step.estimate;
@@ -273,6 +279,7 @@ void Tracker::recalibrate(std::size_t camera, const CameraModel& model,
   impl_->config.calibration.resize(impl_->cameras.size());
   impl_->config.calibration[camera] = uncertainty;
   for (const auto& track : impl_->tracks) track->filter->forget_camera(camera);
+  if (!impl_->depths.empty()) impl_->depths[camera].reset();
 }
 
 void Tracker::add(const RobotSpec& spec) {
@@ -303,6 +310,7 @@ bool Tracker::change(const RobotSpec& spec) {
   changed->last_accepted = track->last_accepted;
   changed->state = track->state;
   changed->reason = track->reason;
+  if (spec.appearance == track->spec.appearance) changed->measured_height = track->measured_height;
   // What the change does not touch carries on: only another filter has to calibrate anew.
   if (spec.filter == track->spec.filter) changed->filter = std::move(track->filter);
   if (spec.appearance && spec.appearance == track->spec.appearance &&
@@ -334,13 +342,19 @@ std::vector<RobotSpec> Tracker::robots() const {
 std::vector<RobotReport> Tracker::process(const Frame& frame) {
   check_frame(frame, impl_->cameras);
   // 1. What all robots share of this frame.
+  impl_->learn_floor(frame);
   const auto features = impl_->shared_features(frame);
   // 2. Each robot is looked for where it is expected.
-  impl_->executor(impl_->tracks.size(),
-                  [&](std::size_t i) { impl_->detect(*impl_->tracks[i], frame, features); });
+  impl_->executor(impl_->tracks.size(), [&](std::size_t i) {
+    impl_->detect(*impl_->tracks[i], frame, features);
+    if (impl_->depth != nullptr) impl_->notice_leaving(*impl_->tracks[i], frame);
+  });
   // 3. Those that are expected nowhere are searched, a bounded share per frame.
   impl_->search(frame);
   impl_->search_tags(frame);
+  if (impl_->depth != nullptr) {
+    for (const auto& track : impl_->tracks) impl_->look_for_cover(*track, frame);
+  }
   // 4. One place, one robot.
   impl_->refuse_taken_places();
   // 5. Filter and history.
@@ -364,7 +378,8 @@ std::vector<RobotView> Tracker::views() const {
                      .reason = track->reason,
                      .history = track->history.view(),
                      .filter = track->filter->clone(),
-                     .last_measured = track->last_measured});
+                     .last_measured = track->last_measured,
+                     .measured_height = track->measured_height});
   }
   return views;
 }

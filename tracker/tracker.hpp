@@ -14,6 +14,7 @@
 #include "tracker/appearance.hpp"
 #include "tracker/camera.hpp"
 #include "tracker/camera_uncertainty.hpp"
+#include "tracker/depth/surface.hpp"
 #include "tracker/detect/homography.hpp"
 #include "tracker/detect/orb_detector.hpp"
 #include "tracker/detect/tag_detector.hpp"
@@ -71,6 +72,7 @@ struct TrackerConfig {
   TagConfig tags;
   MotionPriorConfig prior;
   SearchConfig search;
+  DepthConfig depth;  ///< of frames that have any
   HistoryLimits history;
   /// How well each camera is known, in their order; empty: exactly. It goes into every observation
   /// (`correlated`) and every published covariance.
@@ -103,6 +105,7 @@ struct RobotView {
   HistoryView history;
   std::shared_ptr<const Filter> filter;  ///< as it was after that frame: predict() from it
   std::optional<Observation> last_measured{};
+  SurfaceHeight measured_height{};  ///< of what is seen of it, by depth, over the frames that observed it
 };
 
 class Tracker {
@@ -142,6 +145,9 @@ class Tracker {
   bool odometry(std::string_view id, const BodyVelocity& velocity);
 
   std::vector<RobotView> views() const;
+
+  /// How the floor lies in a camera's depth; none before it gave any. Throws std::out_of_range.
+  std::optional<FloorFit> floor_fit(std::size_t camera) const;
 
  private:
   struct Impl;

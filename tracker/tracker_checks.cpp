@@ -89,6 +89,7 @@ void check_config(const TrackerConfig& config) {
     if (const std::string wrong = check(mask); !wrong.empty())
       throw std::invalid_argument("floor mask '" + mask.name + "': " + wrong);
   }
+  if (const std::string wrong = check(config.depth); !wrong.empty()) throw std::invalid_argument(wrong);
   if (config.audit_interval < 0) {
     throw std::invalid_argument("audit_interval is " + std::to_string(config.audit_interval) +
                                 ", allowed 0 and up");

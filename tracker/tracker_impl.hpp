@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tracker/depth/blobs.hpp"
 #include "tracker/heading.hpp"
 #include "tracker/mounting.hpp"
 #include "tracker/search.hpp"
@@ -27,6 +28,16 @@ struct Track {
     if (robot.appearance && robot.picture_mounting)
       mounting.emplace(*robot.appearance, *robot.picture_mounting);
     make_detector(config);
+    if (spec.appearance) surface = surface_of(*spec.appearance, surface_height_m());
+    if (spec.appearance && spec.picture_mounting) {
+      const Eigen::Rotation2Dd turn(spec.picture_mounting->yaw);
+      for (Eigen::Vector2d& place : surface.places_m)
+        place = spec.picture_mounting->position() + turn * (place - spec.appearance->centre_m());
+    }
+    if (spec.tag)
+      tag_surface = surface_of(Eigen::Vector2d::Constant(spec.tag->size_m), spec.tag->mounting.position(),
+                               spec.tag->height_m);
+    if (!spec.appearance) surface = tag_surface;
   }
 
   void make_detector(const TrackerConfig& config) {
@@ -65,12 +76,26 @@ struct Track {
   int picture_refusals = 0;  ///< in a row
   bool unconfirmed = false;  ///< its picture is tracked where its tag was looked for and not seen
 
+  Surface surface;  ///< what depth is asked for: of its picture, else of its tag
+  Surface tag_surface;
+  SurfaceHeight measured_height;
+  std::optional<Pose2> covered_at;  ///< where it was when something came over it, or is thought to be since
+  std::size_t search_steps = 0;     ///< whose turn: blobs or a tile
+  std::size_t blob_turn = 0;        ///< which of the blobs is looked at first
+
   // Of the frame at hand.
   std::optional<Prior> expected;
   std::optional<Observation> observed;
   bool searched = false;  ///< observed (or not) by the whole-floor search
   std::string_view reason;
   TrackState state = TrackState::searching;
+  bool covered = false;
+};
+
+// Of a camera with depth.
+struct CameraDepth {
+  FloorDepth floor;
+  cv::Mat heights;  ///< of the frame at hand, made when the first search asks; empty until then
 };
 
 struct Tracker::Impl {
@@ -83,6 +108,10 @@ struct Tracker::Impl {
   std::vector<Sweep> tag_sweeps;  ///< by camera: one search for all tags
   std::vector<std::string> families_of_tags;
   int frames_since_tag_sweep = 0;
+  std::vector<std::unique_ptr<CameraDepth>> depths;  ///< by camera; empty until the first frame with depth
+  CameraDepth* depth = nullptr;      ///< of the frame at hand; null where it has none that helps
+  std::size_t tag_search_steps = 0;  ///< whose turn: blobs or a tile
+  std::size_t tag_blob_turn = 0;
 
   std::map<int, HomographyFeatures> shared_features(const Frame& frame) const;
   void detect(Track& track, const Frame& frame, const std::map<int, HomographyFeatures>& features) const;
@@ -92,6 +121,13 @@ struct Tracker::Impl {
   void compare_with_tag(Track& track, const Frame& frame) const;
   void search(const Frame& frame);
   void search_step(Track& track, const Frame& frame) const;
+  void learn_floor(const Frame& frame);
+  void refuse_wrong_height(Track& track, const Frame& frame) const;
+  void notice_leaving(Track& track, const Frame& frame) const;
+  void look_for_cover(Track& track, const Frame& frame) const;
+  std::vector<Blob> free_blobs(const Track& track, const Frame& frame) const;
+  bool search_blobs(Track& track, const Frame& frame) const;
+  std::vector<cv::Rect> tag_blobs(const Frame& frame);
   void search_tags(const Frame& frame);
   void take_tag(Track& track, const FoundTag& found, const Frame& frame) const;
   std::size_t tag_steps();

@@ -114,14 +114,21 @@ void Tracker::Impl::search_tags(const Frame& frame) {
   if (smallest <= 0.0) return;
   tag_sweeps.resize(cameras.size());
   for (std::size_t step = 0; step < steps; ++step) {
-    const auto tile = tag_sweeps[frame.camera].next(
-        frame.image.size(), config.search.tile_px, static_cast<int>(2.0 * largest) + 1,
-        [&](const cv::Rect& part) { return no_tag_is_searched_in(part, cameras[frame.camera]); });
-    if (!tile) return;
-    // Half the magnification of a look: a tag that is missed now is seen in the next round.
-    for (const FoundTag& found : tags->find(frame.image, {*tile, 2.0 * smallest})) {
-      for (const auto& track : tracks) {
-        if (track->tag && track->tag->is(found)) take_tag(*track, found, frame);
+    std::vector<cv::Rect> parts;
+    if (depth != nullptr) parts = tag_blobs(frame);
+    if (parts.empty()) {
+      const auto tile = tag_sweeps[frame.camera].next(
+          frame.image.size(), config.search.tile_px, static_cast<int>(2.0 * largest) + 1,
+          [&](const cv::Rect& part) { return no_tag_is_searched_in(part, cameras[frame.camera]); });
+      if (!tile) return;
+      parts.push_back(*tile);
+    }
+    for (const cv::Rect& part : parts) {
+      // Half the magnification of a look: a tag that is missed now is seen in the next round.
+      for (const FoundTag& found : tags->find(frame.image, {part, 2.0 * smallest})) {
+        for (const auto& track : tracks) {
+          if (track->tag && track->tag->is(found)) take_tag(*track, found, frame);
+        }
       }
     }
   }
@@ -143,6 +150,7 @@ void Tracker::Impl::take_tag(Track& track, const FoundTag& found, const Frame& f
   track.observed = seen.observation;
   track.reason = {};
   track.unconfirmed = false;
+  refuse_wrong_height(track, frame);
 }
 
 void Tracker::Impl::choose_families() {

@@ -14,6 +14,8 @@ std::string_view to_string(TrackState state) {
       return "tracking";
     case TrackState::predicting:
       return "predicting";
+    case TrackState::occluded:
+      return "occluded";
     case TrackState::lost:
       return "lost";
   }

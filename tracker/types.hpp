@@ -56,7 +56,9 @@ struct Velocity2 {
 /// Covariance of (x, y, yaw): m^2, m rad, rad^2.
 using Covariance3 = Eigen::Matrix3d;
 
-enum class TrackState : std::uint8_t { searching, calibrating, tracking, predicting, lost };
+/// occluded: not observed, and depth shows something higher where the robot is expected; its filter may carry
+/// on (predicting) or have given up (lost).
+enum class TrackState : std::uint8_t { searching, calibrating, tracking, predicting, occluded, lost };
 enum class PoseKind : std::uint8_t { measured, filtered, smoothed, predicted };
 
 /// What produced a pose: `orb` matched features, `align` aligned picture (of the `orb` detector),

@@ -103,7 +103,7 @@ void Contestant::process(const Frame& frame, const std::vector<Truth>& truth) {
     if (report->measured) measured[i] = report->measured->pose;
   }
   const Waiting now{.captured = frame.captured,
-                    .truth = truth,
+                    .truth = seen_by_any(frame.camera, truth),
                     .reports = std::move(by_label),
                     .labels = labels_.update(truth, measured)};
   for (KindScore& kind : run_.kinds) {
@@ -115,6 +115,16 @@ void Contestant::process(const Frame& frame, const std::vector<Truth>& truth) {
   }
   if (run_.kind(PoseKind::predicted) != nullptr) past_.emplace_back(frame.captured, tracker_.views());
   while (past_.size() > 1 && past_[1].first <= frame.captured - horizon_) past_.pop_front();
+}
+
+// What one camera sees of a robot another may see better: the most that any saw in its newest frame.
+std::vector<Truth> Contestant::seen_by_any(std::size_t camera, std::vector<Truth> truth) {
+  visible_.resize(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    visible_[i][camera] = truth[i].visible;
+    for (const auto& [which, share] : visible_[i]) truth[i].visible = std::max(truth[i].visible, share);
+  }
+  return truth;
 }
 
 void Contestant::hear(const std::vector<Odometry>& odometry, Time received) {
@@ -173,13 +183,17 @@ std::optional<Estimate> Contestant::estimate_of(PoseKind kind, Time captured,
 
 std::optional<Pose2> Contestant::score(KindScore& into, std::size_t robot, const Waiting& frame) const {
   const Truth& truth = frame.truth[robot];
-  if (!truth.present) return std::nullopt;  // no place to be right or wrong about
+  if (!truth.present) {  // no place to be right or wrong about
+    into.robots[robot].away();
+    return std::nullopt;
+  }
   const auto label = frame.labels[robot];
   const RobotReport report = label ? frame.reports[*label] : RobotReport{};
   const auto estimate = report.id.empty() ? std::nullopt : estimate_of(into.kind, frame.captured, report);
   ScoredFrame scored{.captured = frame.captured,
                      .truth = truth.pose,
                      .in_view = truth.in_view,
+                     .visible = truth.visible,
                      .estimate = {},
                      .covariance = {},
                      .state = report.state,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -75,6 +76,7 @@ class Contestant {
   void score_smoothed(bool all);
   std::optional<Estimate> estimate_of(PoseKind kind, Time captured, const RobotReport& report) const;
   std::optional<Pose2> score(KindScore& into, std::size_t robot, const Waiting& frame) const;
+  std::vector<Truth> seen_by_any(std::size_t camera, std::vector<Truth> truth);
 
   Duration horizon_;
   Tracker tracker_;
@@ -83,6 +85,8 @@ class Contestant {
   RunScore run_;
   std::deque<std::pair<Time, std::vector<RobotView>>> past_;  ///< from the horizon on, for `predicted`
   std::deque<Waiting> waiting_;                               ///< for `smoothed`
+  std::vector<std::map<std::size_t, double>>
+      visible_;                     ///< by robot and camera, in each camera's newest frame
   std::vector<RobotView> settled_;  ///< as the histories stood when they were last looked at
 };
 

@@ -1,6 +1,7 @@
 #include "service/evaluation/report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -36,7 +37,13 @@ Json robot_json(const std::string& id, const RobotScore& s) {
           {"ellipse_95", s.ellipse_95},
           {"measured", s.measured},
           {"usable", s.usable},
-          {"confident_wrong", s.confident_wrong}};
+          {"confident_wrong", s.confident_wrong},
+          {"find",
+           {{"count", s.finds},
+            {"never", s.never_found},
+            {"mean_s", s.finds > 0 ? Json(s.find_mean_s) : Json(nullptr)},
+            {"worst_s", s.finds > 0 ? Json(s.find_worst_s) : Json(nullptr)}}},
+          {"hidden", {{"frames", s.hidden}, {"wrong", s.hidden_wrong}, {"told", s.hidden_told}}}};
 }
 
 Json robots_json(const RunScore& run, const KindScore& kind) {
@@ -95,6 +102,33 @@ void print_head(const Json& entry) {
               "usable", "wrong", "NEES", "95 %", "ms");
 }
 
+// Over all robots: how long they were looked for, and what was said while they were hidden.
+void print_finding(const Json& entry, const std::string& left) {
+  std::array<std::size_t, 5> sum{};  // found, never, hidden, wrong, told
+  double seconds = 0.0;
+  double worst = 0.0;
+  for (const Json& robot : entry["robots"]) {
+    const Json& find = robot["find"];
+    const Json& hidden = robot["hidden"];
+    const auto count = find["count"].get<std::size_t>();
+    sum[0] += count;
+    sum[1] += find["never"].get<std::size_t>();
+    sum[2] += hidden["frames"].get<std::size_t>();
+    sum[3] += hidden["wrong"].get<std::size_t>();
+    sum[4] += hidden["told"].get<std::size_t>();
+    if (count == 0) continue;
+    seconds += static_cast<double>(count) * find["mean_s"].get<double>();
+    worst = std::max(worst, find["worst_s"].get<double>());
+  }
+  std::printf("%sin view (again) %zu times, found after %s s on average, %.3f s at worst, %zu times not\n",
+              left.c_str(), sum[0] + sum[1],
+              sum[0] > 0 ? figure("%.3f", seconds / static_cast<double>(sum[0]), 1.0, true).c_str() : "-",
+              worst, sum[1]);
+  if (sum[2] == 0) return;
+  std::printf("%shidden in %zu frames: %zu poses off by more than 0.1 m; %zu told as occluded\n",
+              left.c_str(), sum[2], sum[3], sum[4]);
+}
+
 void print_beneath(const Json& entry) {
   const std::string left =
       entry["detector"].get<std::string>() + " " + entry["kind"].get<std::string>() + ": ";
@@ -104,6 +138,7 @@ void print_beneath(const Json& entry) {
                 identity["id_switches"].get<std::size_t>(), identity["idf1"].get<double>(),
                 identity["mota"].get<double>());
   }
+  print_finding(entry, left);
   if (!entry.contains("worst_seed")) return;
   const Json& error = entry["worst_error_m"];
   std::printf("%sworst with seed %llu (%s)\n", left.c_str(),

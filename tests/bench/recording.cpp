@@ -46,13 +46,15 @@ RobotSpec tracked(const sim::RobotPicture& picture, const sim::RobotTruth& truth
   return {.id = truth.id, .appearance = appearance, .initial_pose = truth.pose};
 }
 
-Recording record(int robots) {
-  const sim::Scenario scenario = room({.robots = robots});
+Recording record(const RoomOptions& options) {
+  const sim::Scenario scenario = room(options);
   sim::Simulation simulation(scenario);
-  Recording recording{.camera = tracker_camera(scenario.cameras.at(0)), .robots = {}, .images = {}};
+  Recording recording{
+      .camera = tracker_camera(scenario.cameras.at(0)), .robots = {}, .images = {}, .depths = {}};
   for (std::size_t i = 0; i < kFrames; ++i) {
     const auto shot = simulation.next();
     recording.images.push_back(shot->frame.image.clone());
+    if (options.depth) recording.depths.push_back(shot->frame.depth.clone());
     if (i > 0) continue;
     for (std::size_t r = 0; r < shot->truth.size(); ++r)
       recording.robots.push_back(tracked(simulation.picture(r), shot->truth[r]));
@@ -77,10 +79,11 @@ std::string room_label(const RoomOptions& options) {
          (options.depth ? ", depth" : "");
 }
 
-const Recording& recording(int robots) {
-  static std::map<int, Recording> made;
-  const auto at = made.find(robots);
-  return at != made.end() ? at->second : made.emplace(robots, record(robots)).first->second;
+const Recording& recording(const RoomOptions& options) {
+  static std::map<std::pair<int, bool>, Recording> made;
+  const std::pair key(options.robots, options.depth);
+  const auto at = made.find(key);
+  return at != made.end() ? at->second : made.emplace(key, record(options)).first->second;
 }
 
 Frame Player::next() {
@@ -89,7 +92,8 @@ Frame Player::next() {
   const std::uint64_t index = place < recording_.images.size() ? place : turn - place;
   const Frame frame{.sequence = played_,
                     .captured = Time{from_seconds(static_cast<double>(played_) / kFrameRateHz)},
-                    .image = recording_.images[index]};
+                    .image = recording_.images[index],
+                    .depth = recording_.depths.empty() ? cv::Mat() : recording_.depths[index]};
   ++played_;
   return frame;
 }

@@ -24,10 +24,14 @@ struct Recording {
   CameraModel camera;
   std::vector<RobotSpec> robots;  ///< detector `orb`, placed where they truly stand in the first frame
   std::vector<cv::Mat> images;
+  std::vector<cv::Mat> depths;  ///< one for each image, or none
 };
 
-/// room() recorded; drawn at the first call for that many robots.
-const Recording& recording(int robots);
+/// room() recorded; drawn at the first call for it.
+const Recording& recording(const RoomOptions& options);
+inline const Recording& recording(int robots) {
+  return recording({.robots = robots});
+}
 
 /// A recording played for ever, forwards and backwards, so that the robots move without a jump.
 class Player {

@@ -23,9 +23,9 @@ void count_frames(benchmark::State& state, const Recording& recording, int robot
 }
 
 // Every robot must have been measured in every frame: a tracker that has lost them is quick for nothing.
-void tracked_frame(benchmark::State& state) {
+void tracked(benchmark::State& state, bool depth) {
   const auto robots = static_cast<int>(state.range(0));
-  const Recording& room = recording(robots);
+  const Recording& room = recording({.robots = robots, .depth = depth});
   Tracker tracker({room.camera});
   for (const RobotSpec& spec : room.robots) tracker.add(spec);
   Player player(room);
@@ -39,7 +39,14 @@ void tracked_frame(benchmark::State& state) {
   if (measured < all) state.SkipWithError("robots were not measured in every frame");
   count_frames(state, room, robots);
 }
+void tracked_frame(benchmark::State& state) {
+  tracked(state, false);
+}
+void tracked_frame_with_depth(benchmark::State& state) {
+  tracked(state, true);
+}
 BENCHMARK(tracked_frame)->ArgName("robots")->Arg(1)->Arg(10)->Unit(benchmark::kMicrosecond);
+BENCHMARK(tracked_frame_with_depth)->ArgName("robots")->Arg(1)->Arg(10)->Unit(benchmark::kMicrosecond);
 
 void homography_frame(benchmark::State& state) {
   const Recording& room = recording(1);

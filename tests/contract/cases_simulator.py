@@ -59,6 +59,16 @@ class Simulator(Case):
         self.problem("stepSimulator", 409, "pause", body={"frames": 1})
         self.when(lambda s: s["time"] > after["time"] + 0.3)
 
+    def test_depth_tells_how_the_floor_lies_and_how_high_a_robot_is(self):
+        camera = wait_for(lambda: self.get("getCamera", {"id": "ceiling"}), lambda c: c["depth"] and c["depth"]["known"], 60)
+        self.assertLess(abs(camera["depth"]["offset_m"]), 0.05, camera["depth"])
+        robot = wait_for(lambda: self.get("getRobot", {"id": "waffle"}),
+                         lambda r: r["status"]["measured_height"] and r["status"]["measured_height"]["frames"] > 20, 60)
+        height = robot["status"]["measured_height"]
+        # Its plate is 0.104 m above the floor; the lidar on it is no part of the picture.
+        self.assertLess(abs(height["height_m"] - 0.104), 0.006, height)
+        self.assertLess(height["sigma_m"], 0.01, height)
+
     def test_reset_begins_anew_and_the_speed_stays(self):
         self.call("setSpeed", 200, body={"speed": 2})
         self.when(lambda s: s["time"] > 0.5)

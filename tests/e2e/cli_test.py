@@ -510,7 +510,7 @@ class Together(Case):
         self.assertEqual({"mean", "p50", "p99"}, set(scenario["tracker_ms"]))
         (robot,) = scenario["robots"]
         self.assertLessEqual({"id", "frames", "availability", "position_error_m", "yaw_error_rad", "nees_mean",
-                              "measured", "usable", "confident_wrong"}, set(robot))
+                              "measured", "usable", "confident_wrong", "find", "hidden"}, set(robot))
         self.assertEqual({"mean", "std", "min", "p50", "p95", "p99", "max"}, set(robot["position_error_m"]))
         self.assertEqual({"mean", "p95", "p99", "max"}, set(robot["yaw_error_rad"]))
         self.assertEqual({"id_switches", "idf1", "mota"}, set(scenario["identity"]))

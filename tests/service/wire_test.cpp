@@ -88,6 +88,7 @@ TEST(Wire, ARobotIsWrittenAsItsConfigurationWithItsStatus) {
   EXPECT_EQ(robot["status"]["copies"], 2);
   EXPECT_EQ(robot["status"]["last_seen"], unix_seconds(line.newest));
   EXPECT_NEAR(robot["status"]["size_m"][0], 0.24, 1e-9);
+  EXPECT_TRUE(robot["status"]["measured_height"].is_null()) << "no depth has seen it";
 }
 
 TEST(Wire, ACameraIsWrittenWithItsLensAndWhereItHangs) {
@@ -102,6 +103,10 @@ TEST(Wire, ACameraIsWrittenWithItsLensAndWhereItHangs) {
   EXPECT_TRUE(json["frame_rate_hz"].is_null());
   EXPECT_EQ(json["intrinsics"]["width_px"], 320);
   EXPECT_EQ(json["map_from_camera"]["position_m"][2], 1.5);
+  EXPECT_TRUE(json["depth"].is_null());
+  camera.depth = FloorFit{.known = true, .frames = 9, .share = 0.9, .offset_m = 0.03};
+  EXPECT_EQ(to_json(camera)["depth"]["offset_m"], 0.03);
+  EXPECT_EQ(to_json(camera)["depth"]["known"], true);
   // Looks straight down with the picture's top towards map y: a half turn about x.
   EXPECT_NEAR(std::abs(json["map_from_camera"]["quaternion_xyzw"][0].get<double>()), 1.0, 1e-12);
 }

@@ -122,6 +122,53 @@ TEST(Metrics, ConfidentWrongCountsTrackedPosesOffByMoreThanATenthOfAMetreAtAnyTi
   EXPECT_TRUE(std::isfinite(metrics.score().position_error_m.mean));
 }
 
+// Seen from 0 s and tracked from 0.4 s on; hidden from 2 s to 3 s with a pose that drifts off, found 0.2 s
+// after; carried across the room at 5 s and never found again.
+RobotMetrics with_losses() {
+  RobotMetrics metrics;
+  for (int i = 0; i < 70; ++i) {
+    const double seconds = 0.1 * i;
+    const bool hidden = seconds > 1.95 && seconds < 2.95;
+    const bool found = (i >= 4 && i < 20) || (i >= 32 && i < 50);
+    ScoredFrame f = frame(seconds, 0.0);
+    f.truth = {i < 50 ? 0.0 : 2.0, 0.0, 0.0};
+    f.visible = hidden ? 0.49 : 0.5;
+    f.state = found ? TrackState::tracking : TrackState::predicting;
+    f.estimate = Pose2{hidden ? 0.0201 * (i - 19) : 0.0, 0.0, 0.0};
+    if (hidden && i < 24) f.state = TrackState::occluded;
+    metrics.add(f);
+  }
+  return metrics;
+}
+
+TEST(Metrics, TellHowLongARobotThatIsInViewAgainIsLookedFor) {
+  const RobotScore score = with_losses().score();
+  EXPECT_EQ(score.finds, 2U);
+  EXPECT_NEAR(score.find_mean_s, (0.4 + 0.2) / 2, 1e-9);
+  EXPECT_NEAR(score.find_worst_s, 0.4, 1e-9);
+  EXPECT_EQ(score.never_found, 1U);
+  RobotMetrics away = with_losses();
+  away.away();
+  ScoredFrame back = frame(9.0, 0.0);
+  back.state = TrackState::tracking;
+  away.add(back);
+  EXPECT_EQ(away.score().finds, 3U) << "put down where it was is in view again too";
+  EXPECT_NEAR(away.score().find_mean_s, 0.6 / 3, 1e-9);
+  EXPECT_EQ(away.score().never_found, 1U);
+}
+
+TEST(Metrics, TellWhatWasSaidOfARobotWhileItWasHidden) {
+  const RobotScore score = with_losses().score();
+  EXPECT_EQ(score.hidden, 10U);
+  EXPECT_EQ(score.hidden_wrong, 6U) << "from the fifth frame on";
+  EXPECT_EQ(score.hidden_told, 4U);
+  RobotMetrics twice = with_losses();
+  twice.merge(with_losses());
+  EXPECT_EQ(twice.score().hidden_wrong, 12U);
+  EXPECT_EQ(twice.score().finds, 4U);
+  EXPECT_EQ(twice.score().never_found, 2U);
+}
+
 TEST(Metrics, YawErrorsGoTheShortWayRound) {
   RobotMetrics metrics = in_view();
   ScoredFrame f = frame(2.0, 0.0);

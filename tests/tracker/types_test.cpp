@@ -20,11 +20,11 @@ TEST(Types, EveryPoseKindReadsBackFromItsName) {
 TEST(Types, NamesAreThoseOfTheInterfaceAndNoTwoAreTheSame) {
   EXPECT_EQ(to_string(PoseKind::measured), "measured");
   EXPECT_EQ(to_string(PoseSource::prediction), "prediction");
-  const std::set<std::string_view> states{to_string(TrackState::searching),
-                                          to_string(TrackState::calibrating), to_string(TrackState::tracking),
-                                          to_string(TrackState::predicting), to_string(TrackState::lost)};
-  EXPECT_EQ(states,
-            (std::set<std::string_view>{"searching", "calibrating", "tracking", "predicting", "lost"}));
+  const std::set<std::string_view> states{
+      to_string(TrackState::searching),  to_string(TrackState::calibrating), to_string(TrackState::tracking),
+      to_string(TrackState::predicting), to_string(TrackState::occluded),    to_string(TrackState::lost)};
+  EXPECT_EQ(states, (std::set<std::string_view>{"searching", "calibrating", "tracking", "predicting",
+                                                "occluded", "lost"}));
   const std::set<std::string_view> sources{
       to_string(PoseSource::orb),      to_string(PoseSource::align), to_string(PoseSource::homography),
       to_string(PoseSource::apriltag), to_string(PoseSource::depth), to_string(PoseSource::prediction)};

@@ -64,9 +64,10 @@ std::optional<FloorPoint> on_plane(const CameraModel& camera, const Pixel& pixel
 }
 
 std::optional<FloorPoint> to_floor(const Pixel& pixel, const Frame& frame, const CameraModel& camera,
-                                   double height_m, const HomographyConfig& config) {
+                                   double height_m, const HomographyConfig& config, const FloorDepth* floor) {
   if (config.drop == FloorDrop::ray) return on_plane(camera, pixel, 0.0);
-  const auto z = depth_at(frame.depth, pixel);
+  auto z = depth_at(frame.depth, pixel);
+  if (z && floor != nullptr) z = floor->corrected(pixel, *z);
   const auto ray = camera.ray_from_pixel(pixel);
   if (!z || !ray || ray->z() <= 0.0) return on_plane(camera, pixel, height_m);
   const Eigen::Vector3d per_metre = camera.map_from_camera().linear() * (*ray / ray->z());
@@ -141,20 +142,20 @@ std::optional<HomographyMatch> HomographyDetector::match(const HomographyFeature
 }
 
 std::optional<Observation> HomographyDetector::observe(const HomographyMatch& match, const Frame& frame,
-                                                       const CameraModel& camera,
-                                                       double surface_height_m) const {
+                                                       const CameraModel& camera, double surface_height_m,
+                                                       const FloorDepth* floor) const {
   const Pixel& at = match.centre;
   if (!at.allFinite() || !match.ahead.allFinite() || !camera.sees(at)) return std::nullopt;
-  const auto floor = to_floor(at, frame, camera, surface_height_m, config_);
+  const auto place = to_floor(at, frame, camera, surface_height_m, config_, floor);
   Eigen::Matrix2d metres_by_px;
   const auto from = camera.plane_from_pixel(at, surface_height_m, &metres_by_px);
   const auto to = camera.plane_from_pixel(match.ahead, surface_height_m);
-  if (!floor || !from || !to || (*to - *from).norm() < 1e-9) return std::nullopt;
+  if (!place || !from || !to || (*to - *from).norm() < 1e-9) return std::nullopt;
 
   Observation observation{
       .captured = frame.captured, .source = PoseSource::homography, .camera = frame.camera};
   const double yaw = std::atan2(to->y() - from->y(), to->x() - from->x());
-  const Eigen::Vector2d base = floor->at - Eigen::Rotation2Dd(yaw) * config_.reference_m;
+  const Eigen::Vector2d base = place->at - Eigen::Rotation2Dd(yaw) * config_.reference_m;
   observation.pose = {base.x(), base.y(), wrap_angle(yaw)};
   observation.score = static_cast<double>(match.inliers) / match.matches;
   // Eight parameters from 2 n coordinates, each within the RANSAC threshold: sigma^2 * 8 / (2 n) at the
@@ -163,16 +164,16 @@ std::optional<Observation> HomographyDetector::observe(const HomographyMatch& ma
   const double position_px = sigma_px * std::sqrt(4.0 / match.inliers);
   observation.covariance.setZero();
   observation.covariance.topLeftCorner<2, 2>() =
-      position_px * position_px * metres_by_px * metres_by_px.transpose() + floor->by_depth;
+      position_px * position_px * metres_by_px * metres_by_px.transpose() + place->by_depth;
   observation.covariance(2, 2) = std::pow(position_px / (config_.picture_px / 4.0), 2);
   return observation;
 }
 
 std::optional<Observation> HomographyDetector::detect(const Frame& frame, const HomographyFeatures& scene,
-                                                      const CameraModel& camera,
-                                                      double surface_height_m) const {
+                                                      const CameraModel& camera, double surface_height_m,
+                                                      const FloorDepth* floor) const {
   const auto found = match(scene);
-  return found ? observe(*found, frame, camera, surface_height_m) : std::nullopt;
+  return found ? observe(*found, frame, camera, surface_height_m, floor) : std::nullopt;
 }
 
 }  // namespace skylight

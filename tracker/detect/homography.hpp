@@ -9,6 +9,7 @@
 
 #include "tracker/appearance.hpp"
 #include "tracker/camera.hpp"
+#include "tracker/depth/floor_depth.hpp"
 
 namespace skylight {
 
@@ -67,14 +68,16 @@ class HomographyDetector {
 
   /// None where fewer than min_inliers agree or the mapped centre cannot be carried to the floor. The
   /// score is inliers / matches. Where the frame has no depth (or none at that pixel) the ray is cut with
-  /// the plane of the picture's height instead.
+  /// the plane of the picture's height instead. `floor` corrects the depth; null: as the sensor reads it.
   std::optional<Observation> detect(const Frame& frame, const HomographyFeatures& scene,
-                                    const CameraModel& camera, double surface_height_m) const;
+                                    const CameraModel& camera, double surface_height_m,
+                                    const FloorDepth* floor = nullptr) const;
 
   // The two halves of detect(), for whoever carries one match to the floor in several ways.
   std::optional<HomographyMatch> match(const HomographyFeatures& scene) const;
   std::optional<Observation> observe(const HomographyMatch& match, const Frame& frame,
-                                     const CameraModel& camera, double surface_height_m) const;
+                                     const CameraModel& camera, double surface_height_m,
+                                     const FloorDepth* floor = nullptr) const;
 
  private:
   std::shared_ptr<const Appearance> appearance_;

@@ -1,0 +1,266 @@
+// The tracker on frames with depth: covered is not lost, look-alikes at another height are refused, searches
+// look at things of the robot's height first; and frames without depth are as ever.
+#include <gmock/gmock.h>
+
+#include "tests/support/flat_scene.hpp"
+#include "tests/tracker/depth_scene.hpp"
+#include "tracker/tracker.hpp"
+
+namespace skylight {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kHeight = 0.1;
+constexpr double kSide = 0.24;
+
+Time at_frame(int frame) {
+  return Time{} + from_seconds(1000.0 + frame / 30.0);
+}
+
+// One robot, as a picture and as a box.
+struct Room {
+  test::FlatScene picture;
+  test::DepthScene depth;
+
+  explicit Room(const Pose2& pose) {
+    picture.noise = 2.0;
+    picture.floor_speckle = 500;
+    picture.pictures = {{.image = test::corner_picture(51), .height_m = kHeight, .pose = pose}};
+    depth.noise_m = 0.012;
+    depth.error = [](double z, double, double) { return 1.0 / (1.0 / z + 0.005) - z; };
+    depth.boxes = {{.x = pose.x, .y = pose.y, .length = kSide, .width = kSide, .height = kHeight}};
+  }
+
+  Frame frame(int at, bool with_depth = true) const {
+    Frame out = picture.render(at_frame(at));
+    test::DepthScene now = depth;
+    now.seed = static_cast<std::uint32_t>(at + 1);
+    if (with_depth) out.depth = now.render();
+    return out;
+  }
+
+  // A board over the robot, 1 m above the floor.
+  Room covered() const {
+    Room out = *this;
+    const test::DepthBox board{
+        .x = depth.boxes[0].x, .y = depth.boxes[0].y, .length = 0.5, .width = 0.5, .height = 1.0};
+    out.depth.boxes.push_back(board);
+    const Pixel corner = picture.pixel(board.x - 0.25, board.y + 0.25, 1.0);
+    const int side = static_cast<int>(0.5 / picture.metres_per_px(1.0));
+    out.picture.covers_px = {{static_cast<int>(corner.x()), static_cast<int>(corner.y()), side, side}};
+    return out;
+  }
+
+  RobotSpec robot() const {
+    return {.id = "anna",
+            .appearance = test::appearance_of(picture.pictures[0]),
+            .initial_pose = picture.pictures[0].pose};
+  }
+};
+
+TrackerConfig quick() {
+  TrackerConfig config;
+  config.depth.learn_frames = 1;
+  config.search = {.steps_per_frame = 1, .first_steps_per_frame = 1};
+  return config;
+}
+
+TEST(TrackerDepth, ARobotUnderSomethingHigherIsOccludedNotLost) {
+  const Room room({0.3, 0.2, 0.0});
+  const Room hidden = room.covered();
+  for (const bool with_depth : {true, false}) {
+    Tracker tracker({room.picture.camera()});
+    tracker.add(room.robot());
+    const Frame seen = room.frame(0, with_depth);
+    const Frame unseen = hidden.frame(1, with_depth);
+    const auto show = [&](Frame frame, int at) {
+      frame.captured = at_frame(at);
+      return tracker.process(frame).at(0);
+    };
+    for (int i = 0; i < 12; ++i) EXPECT_TRUE(show(seen, i).measured) << i;
+    const RobotReport first = show(unseen, 12);
+    EXPECT_FALSE(first.measured);
+    EXPECT_EQ(first.state, with_depth ? TrackState::occluded : TrackState::predicting);
+    ASSERT_TRUE(first.filtered) << "where it is thought to be is still said";
+    EXPECT_LT((first.filtered->pose.position() - Eigen::Vector2d(0.3, 0.2)).norm(), 0.01);
+    RobotReport last = first;
+    for (int i = 13; i < 200; i += 6) last = show(unseen, i);  // beyond the filter's 5 s
+    EXPECT_EQ(last.state, with_depth ? TrackState::occluded : TrackState::lost);
+    EXPECT_FALSE(last.filtered);
+    if (with_depth) {
+      EXPECT_THAT(std::string(last.reason), HasSubstr("covered"));
+    }
+    EXPECT_EQ(tracker.views().at(0).history.newest().state, last.state);
+    for (int i = 200; i < 204; ++i) last = show(seen, i);
+    EXPECT_EQ(last.state, TrackState::tracking) << with_depth;
+  }
+}
+
+TEST(TrackerDepth, WhoWasTakenAwayFromBeneathIsNotOccludedAnyMore) {
+  const Room room({0.3, 0.2, 0.0});
+  Room gone = room;
+  gone.picture.pictures.clear();
+  gone.depth.boxes.clear();
+  Tracker tracker({room.picture.camera()});
+  tracker.add(room.robot());
+  for (int i = 0; i < 8; ++i) tracker.process(room.frame(i));
+  for (int i = 8; i < 11; ++i) tracker.process(room.covered().frame(i));
+  EXPECT_EQ(tracker.views().at(0).state, TrackState::occluded);
+  const RobotReport after = tracker.process(gone.frame(11)).at(0);
+  EXPECT_EQ(after.state, TrackState::predicting);
+  EXPECT_THAT(std::string(after.reason), HasSubstr("search"));
+}
+
+// A print that looks as large as the robot's picture, on a box of 0.3 m.
+TEST(TrackerDepth, ALookAlikeOnABoxIsRefusedWithAReason) {
+  const Room real({0.3, 0.2, 0.4});
+  Room box = real;
+  box.picture.pictures[0].height_m = 0.3;
+  box.picture.pictures[0].metres_per_pixel *= (3.0 - 0.3) / (3.0 - kHeight);
+  box.depth.boxes[0].height = 0.3;
+  Tracker tracker({real.picture.camera()}, quick());
+  Tracker blind({real.picture.camera()}, quick());
+  tracker.add(real.robot());
+  blind.add(real.robot());
+  for (int i = 0; i < 3; ++i) {
+    const RobotReport report = tracker.process(box.frame(i)).at(0);
+    EXPECT_FALSE(report.measured);
+    EXPECT_THAT(std::string(report.reason), testing::AnyOf(HasSubstr("height"), HasSubstr("higher")));
+    EXPECT_TRUE(blind.process(box.frame(i, false)).at(0).measured) << "it does look like the robot";
+  }
+  EXPECT_TRUE(tracker.process(real.frame(3)).at(0).measured);
+}
+
+TEST(TrackerDepth, ASearchLooksAtThingsOfTheRobotsHeightFirst) {
+  const Room room({0.9, -0.7, 1.0});  // in the last of six tiles
+  RobotSpec robot = room.robot();
+  robot.initial_pose.reset();
+  Tracker tracker({room.picture.camera()}, quick());
+  Tracker blind({room.picture.camera()}, quick());
+  tracker.add(robot);
+  blind.add(robot);
+  EXPECT_TRUE(tracker.process(room.frame(0)).at(0).measured);
+  int frames = 0;
+  while (!blind.process(room.frame(frames, false)).at(0).measured && frames < 20) ++frames;
+  EXPECT_GE(frames, 3) << "tile by tile";
+}
+
+TEST(TrackerDepth, WhoWasCarriedAwayIsSearchedForAtOnce) {
+  const Room before({-0.8, 0.6, 0.0});
+  const Room after({0.9, -0.7, 1.0});
+  for (const bool with_depth : {true, false}) {
+    Tracker tracker({before.picture.camera()}, quick());
+    tracker.add(before.robot());
+    int frame = 0;
+    for (; frame < 6; ++frame) tracker.process(before.frame(frame, with_depth));
+    const Frame there = after.frame(frame, with_depth);
+    int until = 0;
+    for (bool found = false; !found && until < 60; ++until, ++frame) {
+      Frame now = there;
+      now.captured = at_frame(frame);
+      found = tracker.process(now).at(0).measured.has_value();
+    }
+    if (with_depth) {
+      EXPECT_LE(until, 2);
+    }
+    if (!with_depth) {
+      EXPECT_GE(until, 20) << "it is waited for where it was";
+    }
+  }
+}
+
+// A tag of 8 cm on a bare robot.
+TEST(TrackerDepth, TagsAreSearchedForOnBlobsToo) {
+  Room room({0.9, -0.7, 0.3});
+  const TagPattern pattern = tag_pattern("36h11", 7);
+  cv::Mat& image = room.picture.pictures[0].image;
+  image = cv::Mat(240, 240, CV_8UC3, cv::Scalar(70, 70, 70));
+  const int corner = (240 - 12 * pattern.cells.cols) / 2;
+  for (int r = 0; r < pattern.cells.rows; ++r) {
+    for (int c = 0; c < pattern.cells.cols; ++c) {
+      cv::rectangle(image, cv::Rect(corner + 12 * c, corner + 12 * r, 12, 12),
+                    cv::Scalar::all(pattern.cells.at<std::uint8_t>(r, c) != 0 ? 230 : 25), cv::FILLED);
+    }
+  }
+  Tracker tracker({room.picture.camera()}, quick());
+  tracker.add({.id = "anna",
+               .tag = TagSpec{.id = 7, .size_m = 0.096, .height_m = kHeight},
+               .detector = DetectorKind::apriltag});
+  const RobotReport report = tracker.process(room.frame(0)).at(0);
+  ASSERT_TRUE(report.measured) << report.reason;
+  EXPECT_LT((report.measured->pose.position() - Eigen::Vector2d(0.9, -0.7)).norm(), 0.003);
+}
+
+TEST(TrackerDepth, MeasuresTheHeightOfARobotThatIsTracked) {
+  const Room room({0.3, 0.2, 0.0});
+  RobotSpec robot = room.robot();
+  robot.surface_height_m = kHeight + 0.02;  // as somebody measured it, wrongly
+  Tracker tracker({room.picture.camera()});
+  tracker.add(robot);
+  for (int i = 0; i < 12; ++i) tracker.process(room.frame(i));
+  const SurfaceHeight height = tracker.views().at(0).measured_height;
+  EXPECT_GE(height.looks(), 5);
+  EXPECT_NEAR(height.height_m(), kHeight, 3 * height.sigma_m());
+  EXPECT_LT(height.sigma_m(), 0.002);
+  ASSERT_TRUE(tracker.floor_fit(0));
+  EXPECT_NEAR(tracker.floor_fit(0)->offset_m, 3.0 * 0.015, 0.003) << "the sensor reads 4.5 cm too near";
+  EXPECT_THROW(tracker.floor_fit(1), std::out_of_range);
+}
+
+TEST(TrackerDepth, FramesWithoutDepthAreAsIfItCouldNotBeUsed) {
+  const Room room({0.3, 0.2, 0.0});
+  TrackerConfig off;
+  off.depth.use = false;
+  Tracker may({room.picture.camera()});
+  Tracker may_not({room.picture.camera()}, off);
+  Tracker has_it({room.picture.camera()}, off);
+  for (Tracker* tracker : {&may, &may_not, &has_it}) tracker->add(room.robot());
+  for (int i = 0; i < 5; ++i) {
+    const auto& shown = i == 3 ? room.covered() : room;
+    const RobotReport a = may.process(shown.frame(i, false)).at(0);
+    const RobotReport b = may_not.process(shown.frame(i, false)).at(0);
+    const RobotReport c = has_it.process(shown.frame(i, true)).at(0);
+    ASSERT_EQ(a.measured.has_value(), b.measured.has_value());
+    EXPECT_EQ(a.state, b.state);
+    EXPECT_EQ(a.state, c.state);
+    if (a.measured) {
+      EXPECT_EQ(a.measured->pose, b.measured->pose);
+    }
+    if (a.measured) {
+      EXPECT_EQ(a.measured->pose, c.measured->pose);
+    }
+  }
+  EXPECT_FALSE(may.floor_fit(0)) << "nothing was kept for a depth that never came";
+  EXPECT_FALSE(has_it.floor_fit(0));
+  EXPECT_EQ(may.views().at(0).measured_height.looks(), 0);
+}
+
+TEST(TrackerDepth, TheBaselineReadsTheSensorsOwnDepthUnlessAskedOtherwise) {
+  Room room({0.8, 0.5, 0.0});
+  room.picture.noise = 0.0;
+  room.picture.floor_speckle = 0;  // it finds large robots on plain floors only
+  room.picture.pictures[0].image = test::corner_picture(41, 350);
+  room.depth.boxes[0].length = room.depth.boxes[0].width = 0.35;
+  room.depth.noise_m = 0.001;
+  room.depth.error = [](double z, double, double) { return 1.0 / (1.0 / z + 0.02) - z; };
+  RobotSpec robot = room.robot();
+  robot.detector = DetectorKind::homography;
+  const auto error = [&](bool correct) {
+    TrackerConfig config = quick();
+    config.depth.correct_homography = correct;
+    Tracker tracker({room.picture.camera()}, config);
+    tracker.add(robot);
+    Frame frame = room.frame(0);
+    tracker.process(frame);
+    frame.captured = at_frame(1);
+    const RobotReport report = tracker.process(frame).at(0);
+    return report.measured ? (report.measured->pose.position() - Eigen::Vector2d(0.8, 0.5)).norm() : 1.0;
+  };
+  // 16 cm too near, at 0.33 m to the side for each metre: 5 cm.
+  EXPECT_LT(error(true), 0.012);
+  EXPECT_NEAR(error(false), 0.05, 0.012);
+}
+
+}  // namespace
+}  // namespace skylight
