@@ -317,7 +317,8 @@ void add_calibrate_robot(CLI::App& calibrate_command, Run& run) {
       "one.\n\n"
       "  skylight calibrate robot --set source.type=simulator --set source.scenario=robot-geometry "
       "--distance 3.597\n"
-      "  skylight calibrate robot hall.mkv --config my.json --robot seven --distance 3.6:0.001 --odometry seven.csv");
+      "  skylight calibrate robot hall.mkv --config my.json --robot seven --distance 3.6:0.001 --odometry "
+      "seven.csv");
   command->add_option(
       "inputs", flags->inputs,
       "Videos or folders of pictures, one for each camera; none: the configuration's own source, live "

@@ -30,7 +30,7 @@ struct DepthConfig {
   int learn_frames = 5;        ///< with depth, until heights are believed, 1 to 1000
   int follow_frames = 300;     ///< over which the correction then follows, learn_frames to 100000
   int follow_interval = 10;    ///< frames between looks at the floor once it is learnt, 1 to 1000
-  double tolerance_m = 0.025;   ///< by which a surface may be off its height whatever the noise, 0.001 to 1
+  double tolerance_m = 0.025;  ///< by which a surface may be off its height whatever the noise, 0.001 to 1
   double sigmas = 3.0;         ///< and in standard deviations, 1 to 10
   double covered_share = 0.3;  ///< of a robot's surface that is hidden by higher things: covered, 0.05 to 1
   /// The baseline detector reads the corrected depth; false: the sensor's own, as the paper's pipeline does.
