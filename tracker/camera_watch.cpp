@@ -19,7 +19,7 @@ constexpr int kSmall = 480;             // px, the longer side for the whole pic
 constexpr std::size_t kLeast = 8;       // features, to tell anything
 constexpr double kStays = 0.5;          // px: further than this between looks it is no part of the floor
 constexpr double kAgrees = 1.0;         // px from the fit ...
-constexpr double kUnlike = 0.2;         // ... and this share of the whole picture's shift
+constexpr double kUnlike = 0.1;         // ... and this share of how far most of them moved: the lens bends it
 constexpr double kLeastContrast = 4.0;  // grey levels, standard deviation
 
 cv::Mat small_of(const cv::Mat& grey) {
@@ -50,6 +50,21 @@ cv::Point2f top_of(const cv::Mat& scores, const cv::Point& at) {
   if (at.x > 0 && at.x + 1 < scores.cols) out.x += vertex(score(-1, 0), score(0, 0), score(1, 0));
   if (at.y > 0 && at.y + 1 < scores.rows) out.y += vertex(score(0, -1), score(0, 0), score(0, 1));
   return out;
+}
+
+/// How far a homography turns what lies in the middle of a picture: the rotation nearest to its derivative.
+double turn_of(const cv::Mat& fit, const cv::Size& size) {
+  const double x = 0.5 * size.width;
+  const double y = 0.5 * size.height;
+  const auto h = [&](int row, int column) { return fit.at<double>(row, column); };
+  const double w = h(2, 0) * x + h(2, 1) * y + h(2, 2);
+  const double u = (h(0, 0) * x + h(0, 1) * y + h(0, 2)) / w;
+  const double v = (h(1, 0) * x + h(1, 1) * y + h(1, 2)) / w;
+  const double du_dx = h(0, 0) - u * h(2, 0);
+  const double du_dy = h(0, 1) - u * h(2, 1);
+  const double dv_dx = h(1, 0) - v * h(2, 0);
+  const double dv_dy = h(1, 1) - v * h(2, 1);
+  return std::atan2((dv_dx - du_dy) * std::copysign(1.0, w), (du_dx + dv_dy) * std::copysign(1.0, w));
 }
 
 }  // namespace
@@ -208,18 +223,20 @@ void CameraWatch::judge(const cv::Mat& grey, Time now) {
     was.push_back(match.was);
     is.push_back(match.is);
   }
+  std::vector<double> ways;
+  for (std::size_t i = 0; i < was.size(); ++i) ways.push_back(cv::norm(is[i] - was[i]));
+  std::nth_element(ways.begin(), ways.begin() + static_cast<std::ptrdiff_t>(ways.size() / 2), ways.end());
   std::vector<unsigned char> agrees;
-  // A camera that was tilted by much does not move all of the picture alike.
-  const double agreed = kAgrees + kUnlike * cv::norm(offset);
-  const cv::Mat fit = cv::estimateAffinePartial2D(was, is, agrees, cv::RANSAC, agreed);
+  const cv::Mat fit =
+      cv::findHomography(was, is, cv::RANSAC, kAgrees + kUnlike * ways[ways.size() / 2], agrees);
   report_.agree = static_cast<std::size_t>(std::count(agrees.begin(), agrees.end(), 1));
   if (fit.empty() || report_.agree < needed) return believe(CameraHold::blind, now);
   std::vector<cv::Point2f> moved;
-  cv::transform(was, moved, fit);
+  cv::perspectiveTransform(was, moved, fit);
   for (std::size_t i = 0; i < was.size(); ++i) {
     if (agrees[i] != 0) report_.shift_px += cv::norm(moved[i] - was[i]) / static_cast<double>(report_.agree);
   }
-  report_.turn_rad = std::atan2(fit.at<double>(1, 0), fit.at<double>(0, 0));
+  report_.turn_rad = turn_of(fit, grey.size());
   believe(report_.shift_px > config_.least_shift_px ? CameraHold::moved : CameraHold::steady, now);
 }
 

@@ -3,9 +3,9 @@
 // jump; a camera that was bumped moves all of them together.
 //
 // At each look every feature that is seen again (normalised cross-correlation) votes with its displacement,
-// found to a fraction of a pixel; a similarity (shift, turn, scale) is fitted that most of them agree with
-// (RANSAC). Where hardly any is seen where it was, the shift of the picture's middle is found first, up to a
-// fifth of the picture, so that a camera that was turned by far is told from one that is covered.
+// found to a fraction of a pixel; a homography, for the picture of a plane changes by one (but for the lens),
+// is fitted that most agree with (RANSAC). Where hardly any is seen where it was, the shift of the picture's
+// middle is found first, up to a fifth of the picture: turned by far is told from covered.
 #pragma once
 
 #include <optional>
