@@ -121,7 +121,8 @@ TEST(CamerasApart, OneThatWasBumpedIsNamedAndNotBelieved) {
       R"(, "events": [{"at_s": 4, "do": "bump", "camera": "east", "by_deg": [0, 1, 0]}])";
   const auto simulator = std::make_shared<SimulatorFrames>(folder.write("bumped.json", two_cameras(bump)), 1);
   Assembly assembly = assembly_of(simulator);
-  assembly.tracker.calibration.assign(2, camera_uncertainty({.position_m = 0.001, .rotation_rad = 0.0007}));
+  const CalibrationSigmas sigmas{.position_m = 0.001, .rotation_rad = 0.0007};
+  assembly.tracker.calibration.assign(2, skylight::camera_uncertainty(sigmas));
   Tracker tracker = make_tracker(assembly);
   CameraAgreements agreements(2);
   std::vector<AgreementChange> told;
