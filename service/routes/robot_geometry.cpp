@@ -132,7 +132,7 @@ Json progress_json(const Collection& collection, const Snapshot& snapshot, const
 
 http::Reply begin(const http::Request& request, const RouteContext& context, Desk& desk) {
   check_query(request, {});
-  const auto told = request.body.empty() ? KnowledgeBody{} : read_body<KnowledgeBody>(body_document(request));
+  const auto told = read_body<KnowledgeBody>(body_document(request));
   Collection collection{.since = {}, .spec = {}, .known = told, .cameras = {}, .uncertainty = {}};
   change_tracker(context, [&](Tracker& tracker) {
     for (std::size_t i = 0; i < tracker.cameras().size(); ++i)
@@ -157,10 +157,11 @@ http::Reply begin(const http::Request& request, const RouteContext& context, Des
 // The tape is at hand only when the robot has come to where it is measured to.
 http::Reply tell(const http::Request& request, const RouteContext& context, Desk& desk) {
   check_query(request, {});
+  const auto known = read_body<KnowledgeBody>(body_document(request));
   const auto snapshot = context.pipeline.snapshot();
   const RobotSnapshot& robot = robot_of(request, *snapshot);
   Collection collection = *desk.of(robot.view.id);
-  collection.known = read_body<KnowledgeBody>(body_document(request));
+  collection.known = known;
   const Json body = progress_json(collection, *snapshot, robot);
   desk.put(robot.view.id, std::move(collection));
   return json_reply(body);

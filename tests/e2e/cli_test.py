@@ -228,7 +228,7 @@ class Calibrate(Case):
 
 class Usage(Case):
     def test_what_the_parser_refuses(self):
-        self.refused(2, ["command is needed", "serve"])
+        self.refused(2, ["command is needed", "--help"])
         self.refused(2, ["fly"], "fly")
         self.refused(2, ["--fast"], "serve", "--fast")
         self.refused(2, ["input"], "track")

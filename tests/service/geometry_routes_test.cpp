@@ -21,6 +21,7 @@ class GeometryRoutes : public Routes {
       yaw_ += rate_radps / 30.0;
       rig_.scene.pictures[0].pose = {0.1 + kForward_m * std::cos(yaw_), -0.1 + kForward_m * std::sin(yaw_),
                                      wrap_angle(yaw_)};
+      rig_.clock.advance(std::chrono::milliseconds(33));  // else each frame waits until it is due
       ASSERT_TRUE(rig_.track(1));
     }
   }
@@ -69,7 +70,7 @@ TEST_F(GeometryRoutes, ATurnTellsTheReferencePointAndTheRobotTakesItOver) {
 
 TEST_F(GeometryRoutes, AChangedRobotMakesTheCollectionOutdated) {
   turn(3, 0.0);
-  ASSERT_EQ(call("POST", kGeometry).status, 201) << "nothing needs to be known";
+  ASSERT_EQ(call("POST", kGeometry, "{}").status, 201) << "nothing needs to be known";
   ASSERT_EQ(call("PATCH", "/api/v1/robots/anna", R"({"surface_height_m": 0.2})").status, 200);
   const Json told = get(kGeometry).json();
   EXPECT_EQ(told["state"], "outdated");
@@ -82,14 +83,14 @@ TEST_F(GeometryRoutes, ItCanBeCancelledAndRefusesWhatIsNoKnowledge) {
   turn(3, 0.0);
   EXPECT_EQ(call("DELETE", kGeometry).status, 404);
   EXPECT_EQ(call("PUT", kGeometry, "{}").status, 404);
-  ASSERT_EQ(call("POST", kGeometry).status, 201);
+  ASSERT_EQ(call("POST", kGeometry, "{}").status, 201);
   EXPECT_EQ(call("DELETE", kGeometry).status, 204);
   EXPECT_EQ(get(kGeometry).status, 404);
   const Answer far = call("POST", kGeometry, R"({"distance": {"length_m": 2000}})");
   EXPECT_EQ(far.status, 422);
   EXPECT_THAT(far.detail(), testing::AllOf(HasSubstr("length_m"), HasSubstr("1000")));
   EXPECT_EQ(call("POST", kGeometry, R"({"diameter": 2})").status, 422);
-  EXPECT_EQ(call("POST", "/api/v1/robots/nobody/geometry").status, 404);
+  EXPECT_EQ(call("POST", "/api/v1/robots/nobody/geometry", "{}").status, 404);
 }
 
 }  // namespace
