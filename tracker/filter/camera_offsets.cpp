@@ -136,6 +136,7 @@ LinearMeasurement CameraOffsets::corrected(const CameraPart& part, LinearMeasure
 
 void CameraOffsets::accepted(CameraPart& part, const LinearMeasurement& measured, const Gaussian6& predicted,
                              Time at) {
+  const bool first = part.seen == Time{};
   part.seen = at;
   part.refused = 0;
   if (is_reference(part.camera) || part.spread.isZero(0.0)) return;
@@ -148,6 +149,17 @@ void CameraOffsets::accepted(CameraPart& part, const LinearMeasurement& measured
   const Eigen::Matrix3d left = Eigen::Matrix3d::Identity() - gain;
   part.spread =
       symmetric(left * part.spread * left.transpose() + gain * (of_it - part.spread) * gain.transpose());
+  if (first) take_over(part);
+}
+
+// What a camera said by its old calibration is worth nothing once it speaks by the new one.
+void CameraOffsets::take_over(CameraPart& part) {
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (parts_[i].camera != kNobody) continue;
+    part.weight += parts_[i].weight;
+    parts_[i].weight.setZero();
+    parts_[i].seen = Time{};
+  }
 }
 
 void CameraOffsets::refused(CameraPart& part, const LinearMeasurement& measured, const Gaussian6& predicted) {

@@ -73,6 +73,7 @@ class CameraOffsets {
   std::span<const CameraPart> parts() const { return {parts_.data(), count_}; }
 
  private:
+  void take_over(CameraPart& part);
   CameraPart& part_of(std::size_t camera);
   void choose_reference(Time now);
   void forget(Time now);
