@@ -62,13 +62,21 @@ CalibrationKept CalibrationDesk::keep(const CameraSnapshot& camera, const Calibr
     std::error_code failed;
     if (!next.file.parent_path().empty()) fs::create_directories(next.file.parent_path(), failed);
     if (!fs::exists(next.file, failed)) write_calibration(next.file, camera.calibration->document);
-    write_calibration(next.file, document);
+    if (const auto before = write_calibration(next.file, document)) kept.version = before->number;
   } catch (const std::runtime_error&) {  // no path of this machine goes out
     throw CalibrationNotStored("camera '" + camera.id + "': its calibration file " +
                                next.file.filename().string() + " cannot be written");
   }
-  kept.version = calibration_versions(next.file).back().number;
   return kept;
+}
+
+/// Its file says again what is in use.
+void CalibrationDesk::take_back(const CameraSnapshot& camera) {
+  if (camera.calibration->file.empty()) return;
+  try {
+    write_calibration(camera.calibration->file, camera.calibration->document);
+  } catch (const std::runtime_error&) {  // the error that led here is the one to tell
+  }
 }
 
 std::vector<CalibrationKept> CalibrationDesk::change(const std::vector<CalibrationChange>& changes) {
@@ -77,13 +85,18 @@ std::vector<CalibrationKept> CalibrationDesk::change(const std::vector<Calibrati
   for (const CalibrationChange& change : changes) check_change(camera_of(*snapshot, change.camera), change);
   std::vector<Recalibration> cameras;
   std::vector<CalibrationKept> kept;
-  for (const CalibrationChange& change : changes) {
-    const CameraSnapshot& camera = camera_of(*snapshot, change.camera);
-    CalibrationInUse next{change.document, camera.calibration->file, camera.calibration->earlier};
-    kept.push_back(keep(camera, change.document, next));
-    cameras.push_back({change.camera, std::make_shared<const CalibrationInUse>(std::move(next))});
+  try {
+    for (const CalibrationChange& change : changes) {
+      const CameraSnapshot& camera = camera_of(*snapshot, change.camera);
+      CalibrationInUse next{change.document, camera.calibration->file, camera.calibration->earlier};
+      kept.push_back(keep(camera, change.document, next));
+      cameras.push_back({change.camera, std::make_shared<const CalibrationInUse>(std::move(next))});
+    }
+    pipeline_.recalibrate(cameras);
+  } catch (...) {
+    for (const Recalibration& written : cameras) take_back(camera_of(*snapshot, written.camera));
+    throw;
   }
-  pipeline_.recalibrate(cameras);
   return kept;
 }
 
@@ -98,9 +111,7 @@ std::vector<NumberedCalibration> CalibrationDesk::versions(const std::string& ca
     for (const CalibrationVersion& version : calibration_versions(in_use.file)) {
       try {
         out.push_back({version.number, read_calibration(version.file)});
-      } catch (const settings::Error& error) {
-        throw std::runtime_error("version " + std::to_string(version.number) + " of camera '" + camera +
-                                 "' is no calibration: " + error.key_path + ": " + error.message);
+      } catch (const settings::Error&) {  // somebody edited it, and it is no calibration any more
       }
     }
   }
@@ -112,15 +123,17 @@ CalibrationFile CalibrationDesk::version(const std::string& camera, int number) 
     if (version.number == number) return std::move(version.document);
   }
   throw NoSuchCalibration("camera '" + camera + "' has no version " + std::to_string(number) +
-                          " of its calibration");
+                          " of its calibration that can be read");
 }
 
 CalibrationDesk::Restored CalibrationDesk::restore(const std::string& camera, std::optional<int> number) {
   const auto kept = versions(camera);
   if (kept.empty() && !number)
     throw NoSuchCalibration("no earlier calibration of camera '" + camera + "' is kept");
-  const int which = number.value_or(kept.empty() ? 0 : kept.back().number);
-  return {which, change({{camera, version(camera, which)}}).front()};
+  const int which = number ? *number : kept.back().number;
+  CalibrationFile document = version(camera, which);
+  CalibrationKept now = change({{camera, document}}).front();
+  return {which, std::move(document), std::move(now)};
 }
 
 }  // namespace skylight::service

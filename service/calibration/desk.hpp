@@ -19,7 +19,8 @@ struct Snapshot;
 struct CalibrationChanged : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-/// A file cannot be written; it keeps what it had, and so does the camera.
+/// A file cannot be written; all cameras and files keep what they had (a file that was written before this
+/// one is written back).
 struct CalibrationNotStored : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -61,14 +62,15 @@ class CalibrationDesk {
   /// CalibrationChanged, CalibrationNotStored, std::runtime_error (the service is stopping).
   std::vector<CalibrationKept> change(const std::vector<CalibrationChange>& changes);
 
-  /// What was in use before, the oldest first. Throws NoSuchCalibration, or std::runtime_error where a file
-  /// is no calibration.
+  /// What was in use before, the oldest first, without files that are no calibration (any more). Throws
+  /// NoSuchCalibration (no such camera).
   std::vector<NumberedCalibration> versions(const std::string& camera) const;
   /// Throws too where the version is not there.
   CalibrationFile version(const std::string& camera, int number) const;
 
   struct Restored {
     int number = 0;
+    CalibrationFile document;
     CalibrationKept kept;
   };
   /// Puts a version (absent: the newest) back into use; what was in use becomes a version. Throws as
@@ -77,7 +79,9 @@ class CalibrationDesk {
 
  private:
   static const CameraSnapshot& camera_of(const Snapshot& snapshot, const std::string& id);
-  CalibrationKept keep(const CameraSnapshot& camera, const CalibrationFile& document, CalibrationInUse& next);
+  static CalibrationKept keep(const CameraSnapshot& camera, const CalibrationFile& document,
+                              CalibrationInUse& next);
+  static void take_back(const CameraSnapshot& camera);
 
   Pipeline& pipeline_;
   std::mutex changing_;

@@ -13,9 +13,9 @@ namespace skylight::service {
 /// When, UTC, ISO 8601: "2026-03-01T12:30:00Z".
 std::string utc_text(Time at);
 
-/// Of an intrinsics calibration. Where the camera hangs, as `before` has it, was found with the lens before:
-/// it stays, with its standard deviations, but is no calibration any more. `unused`: pictures without a
-/// view.
+/// Of an intrinsics calibration. Where the camera hangs, as `document` has it, was found with the lens
+/// before: it stays, with its standard deviations, but is no calibration any more. `unused`: pictures without
+/// a view. `step` is told when and from what; its errors and sources come from the result.
 void set_intrinsics(CalibrationFile& document, const calibration::IntrinsicsResult& result,
                     const std::vector<CalibrationSource>& unused, CalibrationStep step);
 

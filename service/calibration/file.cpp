@@ -76,9 +76,12 @@ bool has_right_shape(const CalibrationFile& file) {
 /// Lists of numbers on one line each.
 std::string with_short_lists(const std::string& text) {
   std::string out;
+  bool quoted = false;  // what people write stays as it is
   for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"') quoted = !quoted;
+    if (quoted && text[i] == '\\') out += text[i++];
     const std::size_t end = text.find_first_of("[]{}\"", i + 1);
-    if (text[i] != '[' || end == std::string::npos || text[end] != ']') {
+    if (quoted || text[i] != '[' || end == std::string::npos || text[end] != ']') {
       out += text[i];
       continue;
     }
@@ -111,14 +114,15 @@ void write_text(const fs::path& file, const std::string& text) {
 }
 
 /// What is there becomes the newest version; it stays until the new one takes its place.
-std::optional<fs::path> keep(const fs::path& file) {
+std::optional<CalibrationVersion> keep(const fs::path& file) {
   std::error_code failed;
   if (!fs::exists(file, failed)) return std::nullopt;
   const auto versions = calibration_versions(file);
-  const fs::path kept = version_path(file, versions.empty() ? 1 : versions.back().number + 1);
+  const int number = versions.empty() ? 1 : versions.back().number + 1;
+  const fs::path kept = version_path(file, number);
   fs::copy_file(file, kept, failed);
   if (failed) throw std::runtime_error(kept.string() + ": cannot be written: " + failed.message());
-  return kept;
+  return CalibrationVersion{number, kept};
 }
 
 }  // namespace
@@ -154,7 +158,8 @@ std::string calibration_json(const CalibrationFile& calibration) {
   return with_short_lists(settings::write(calibration));
 }
 
-std::optional<fs::path> write_calibration(const fs::path& file, const CalibrationFile& calibration) {
+std::optional<CalibrationVersion> write_calibration(const fs::path& file,
+                                                    const CalibrationFile& calibration) {
   const auto kept = keep(file);
   write_text(file, calibration_json(calibration) + "\n");
   return kept;

@@ -68,15 +68,16 @@ void describe(settings::Fields& fields, CalibrationFile& calibration);
 CalibrationFile read_calibration(const std::filesystem::path& file);
 std::string calibration_json(const CalibrationFile& calibration);
 
-/// Writes it whole or not at all, and keeps what was there as a version, whose path is returned. Throws
-/// std::runtime_error naming the file.
-std::optional<std::filesystem::path> write_calibration(const std::filesystem::path& file,
-                                                       const CalibrationFile& calibration);
-
 struct CalibrationVersion {
   int number = 0;
   std::filesystem::path file;
 };
+
+/// Writes it whole or not at all, and keeps what was there as the version that is returned; none where
+/// nothing was there. Throws std::runtime_error naming the file.
+std::optional<CalibrationVersion> write_calibration(const std::filesystem::path& file,
+                                                    const CalibrationFile& calibration);
+
 /// The versions that were kept of a file, oldest first.
 std::vector<CalibrationVersion> calibration_versions(const std::filesystem::path& file);
 

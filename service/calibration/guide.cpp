@@ -124,6 +124,7 @@ void IntrinsicsGuide::look(Session& session, const CameraSnapshot& camera) {
   session.newest = camera.captured;
   const std::string name = "view " + std::to_string(session.collector.views().size() + 1);
   GuideFrame frame{.captured = camera.captured, .corners = {}, .taken = false, .why_not = {}};
+  std::optional<calibration::Coverage> coverage;
   if (session.collector.views().size() >= kMostViews) {
     frame.why_not = "there are " + std::to_string(kMostViews) + " views, which is enough: finish";
   } else {
@@ -132,12 +133,12 @@ void IntrinsicsGuide::look(Session& session, const CameraSnapshot& camera) {
       if (looked.seen) frame.corners = std::move(looked.seen->pixels);
       frame.taken = looked.taken;
       frame.why_not = std::move(looked.why_not);
+      if (frame.taken)
+        coverage = calibration::coverage_of(session.collector.views(), camera.model->intrinsics());
     } catch (const std::exception& error) {  // a picture of another size
       frame.why_not = error.what();
     }
   }
-  std::optional<calibration::Coverage> coverage;
-  if (frame.taken) coverage = calibration::coverage_of(session.collector.views(), camera.model->intrinsics());
   const std::lock_guard lock(mutex_);
   GuideProgress& progress = session.progress;
   ++progress.frames;
@@ -171,7 +172,7 @@ void IntrinsicsGuide::fit(Session& session, const CameraSnapshot& camera) {
       const std::lock_guard lock(mutex_);
       if (session.cancelled) return;
     }
-    auto kept = desk_.change({{session.camera, document}}).front();
+    auto kept = desk_.change({{session.camera, document, tag_of(camera.calibration->document)}}).front();
     const std::lock_guard lock(mutex_);
     session.progress.result =
         std::make_shared<const GuideResult>(GuideResult{std::move(fitted), std::move(kept)});

@@ -61,10 +61,15 @@ std::vector<double> numbers_of(const std::string& text, std::size_t count, const
   return out;
 }
 
+int tag_id(double id, const std::string& text) {
+  if (id >= 0.0 && id <= 100000.0 && id == std::floor(id)) return static_cast<int>(id);
+  throw UsageError("--tag: \"" + text + "\": the tag's id must be a whole number, allowed 0 to 100000");
+}
+
 void save(const std::filesystem::path& file, const CalibrationFile& calibration) {
   const auto kept = write_calibration(file, calibration);
   std::fprintf(stderr, "written: %s%s\n", file.c_str(),
-               kept ? (" (what was there is kept as " + kept->string() + ")").c_str() : "");
+               kept ? (" (what was there is kept as " + kept->file.string() + ")").c_str() : "");
 }
 
 void check_size(const CalibrationFile& calibration, const std::string& file, const cv::Mat& picture,
@@ -181,11 +186,12 @@ calibration::FloorPlace frame_by_tag(const MapFlags& flags, const CameraModel& c
   if (colon == std::string::npos || equals == std::string::npos || equals < colon ||
       !read_number(std::string_view(flags.tag).substr(colon + 1, equals - colon - 1), id))
     throw UsageError("--tag: \"" + flags.tag + "\" is no FAMILY:ID=PICTURE, as 36h11:0=floor.png");
+  const int number = tag_id(id, flags.tag);
   const std::string dictionary = calibration::tag_dictionary(flags.tag.substr(0, colon));
   const std::string picture = flags.tag.substr(equals + 1);
   for (const auto& tag :
        calibration::find_tags(read_picture(picture, cv::IMREAD_COLOR), dictionary, camera)) {
-    if (tag.id != static_cast<int>(id)) continue;
+    if (tag.id != number) continue;
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();
     std::array<Eigen::Vector2d, 4> floor;
     for (std::size_t i = 0; i < 4; ++i) {

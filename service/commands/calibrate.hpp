@@ -23,6 +23,10 @@ void add_calibrate_restore(CLI::App& calibrate, Run& run);
 std::vector<double> numbers_of(const std::string& text, std::size_t count, const std::string& option,
                                const std::string& form);
 
+/// The id of a tag of the option --tag that reads `text`. Throws UsageError where it is no whole number from
+/// 0 to 100000.
+int tag_id(double id, const std::string& text);
+
 /// A table of comma or semicolon separated values under a heading. Errors are std::runtime_error naming file,
 /// line and column.
 class CsvFile {

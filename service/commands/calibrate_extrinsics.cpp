@@ -52,7 +52,7 @@ SheetTag tag_of(const std::string& text) {
   if (!(size[0] >= 0.005 && size[0] <= 10.0))
     throw UsageError("--tag: \"" + text + "\": the size must be metres, allowed 0.005 to 10");
   return {.family = text.substr(0, colon),
-          .id = static_cast<int>(id[0]),
+          .id = tag_id(id[0], text),
           .x_m = place[0],
           .y_m = place[1],
           .yaw_deg = place[2],

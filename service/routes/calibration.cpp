@@ -111,9 +111,7 @@ http::Reply restore(const http::Request& request, const RouteContext& context) {
   const auto asked = read_body<RestoreRequest>(body);
   CalibrationDesk::Restored restored;
   change_calibration([&] { restored = context.calibration->restore(camera, asked.version); });
-  const auto now = context.pipeline.snapshot();
-  const CalibrationFile& document = camera_of(request, *now).calibration->document;
-  return kept_reply(camera, document, restored.kept, restored.number);
+  return kept_reply(camera, restored.document, restored.kept, restored.number);
 }
 
 }  // namespace

@@ -311,9 +311,10 @@ http::Reply calibrate(const RouteContext& context, Begun begun, const FloorBody&
 }
 
 /// The map is given other axes: every camera moves with it, so that nothing changes between them.
-http::Reply move_map(const RouteContext& context, const CameraSnapshot& camera, const ClickedAxis& axis,
-                     bool wanted) {
-  Begun begun{.snapshot = context.pipeline.snapshot()};
+http::Reply move_map(const RouteContext& context, std::shared_ptr<const Snapshot> snapshot,
+                     const CameraSnapshot& camera, const ExtrinsicsBody& body) {
+  const ClickedAxis& axis = body.map.value();
+  Begun begun{.snapshot = std::move(snapshot)};
   Json answer{{"cameras", Json::array()}, {"sheets", Json::array()}, {"warnings", Json::array()}};
   change_calibration([&] {
     const auto floor_at = [&](const char* name, const std::array<double, 2>& pixel) {
@@ -336,7 +337,7 @@ http::Reply move_map(const RouteContext& context, const CameraSnapshot& camera, 
       begun.documents.push_back(std::move(document));
     }
   });
-  apply(context, begun, wanted, answer);
+  apply(context, begun, body.seen.apply, answer);
   return json_reply(answer);
 }
 
@@ -346,7 +347,7 @@ http::Reply calibrate_one(const http::Request& request, const RouteContext& cont
   const auto snapshot = context.pipeline.snapshot();
   const CameraSnapshot& camera = camera_of(request, *snapshot);
   const auto body = read_body<ExtrinsicsBody>(document);
-  if (body.map) return move_map(context, camera, *body.map, body.seen.apply);
+  if (body.map) return move_map(context, snapshot, camera, body);
   return calibrate(context, begin(context, {camera.id}), body.seen, body);
 }
 

@@ -69,9 +69,11 @@ class CalibrationFiles : public testing::Test {
 };
 
 TEST_F(CalibrationFiles, ReadBackWhatWasWrittenToTheLastDigit) {
-  const CalibrationFile file = hall();
+  CalibrationFile file = hall();
+  file.note = R"(of the [old  lens], "sheets" [1, 2])";
   write_calibration(folder_ / "hall.json", file);
   const CalibrationFile again = read_calibration(folder_ / "hall.json");
+  EXPECT_EQ(again.note, file.note);
   EXPECT_EQ(calibration_json(again), calibration_json(file));
   EXPECT_EQ(again.intrinsics.fx_px, file.intrinsics.fx_px);
   const auto told = uncertainty_of(again).covariance;

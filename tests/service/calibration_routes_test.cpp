@@ -154,6 +154,44 @@ TEST(CalibrationRoutes, ACameraWithAFileKeepsItsCalibrationThereFromTheConfigura
   EXPECT_EQ(etag(room.get(kAt)), etag(read)) << "not in use either";
 }
 
+TEST(CalibrationRoutes, WhereOneOfTwoCamerasCannotBeStoredNeitherIsChanged) {
+  const RoomFolder folder;
+  const CameraModel camera = small_room().camera();
+  const auto kept_in = [&](const char* name) {
+    return std::make_shared<const CalibrationInUse>(
+        CalibrationInUse{.document = calibration_of(camera, {}), .file = folder.path / name});
+  };
+  CalibrationRoom room(
+      {{"ceiling", camera, kept_in("ceiling.json")}, {"door", camera, kept_in("door.json")}});
+  std::filesystem::create_directories(folder.path / "door.json");  // a folder where the file should be
+  const std::string before = etag(room.get(kAt));
+  const Answer failed = room.call("POST", "/calibration/extrinsics",
+                                  {{"map", {{"origin_px", {100, 100}}, {"x_axis_px", {200, 100}}}}});
+  EXPECT_EQ(failed.status, 500) << failed.body;
+  EXPECT_THAT(failed.detail(), HasSubstr("door"));
+  EXPECT_EQ(etag(room.get(kAt)), before);
+  EXPECT_EQ(tag_of(read_calibration(folder.path / "ceiling.json")), before) << "after a restart too";
+}
+
+TEST(CalibrationRoutes, AVersionThatSomebodySpoiltIsPassedOver) {
+  const RoomFolder folder;
+  const CameraModel camera = small_room().camera();
+  CalibrationRoom room({{"ceiling", camera,
+                         std::make_shared<const CalibrationInUse>(CalibrationInUse{
+                             .document = calibration_of(camera, {}), .file = folder.path / "a.json"})}});
+  const Json original = room.get(kAt).json();
+  for (const double by : {0.1, 0.2, 0.3})
+    ASSERT_EQ(room.call("PUT", kAt, moved(original, by), {{"if-match", "*"}}).status, 200);
+  folder.write("a.3.json", "{}");
+  EXPECT_EQ(room.get("/calibration/versions").json()["total"], 2);
+  EXPECT_EQ(room.get("/calibration/versions/3").status, 404);
+  const Answer restored = room.call("POST", "/calibration/restore", Json::object());
+  ASSERT_EQ(restored.status, 200) << restored.body;
+  EXPECT_EQ(restored.json()["restored"], 2);
+  EXPECT_EQ(restored.json()["version"], 4);
+  EXPECT_EQ(x_of(room.get(kAt)), 0.1);
+}
+
 // Points where a camera sees them that hangs elsewhere than the service believes.
 Json clicked_points(const CameraModel& truth, double flip = 1.0) {
   Json points = Json::array();
