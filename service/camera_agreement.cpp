@@ -1,5 +1,7 @@
 #include "service/camera_agreement.hpp"
 
+#include <utility>
+
 namespace skylight::service {
 
 std::vector<AgreementChange> CameraAgreements::see(Time captured, const std::vector<RobotView>& robots) {
@@ -23,6 +25,7 @@ std::vector<AgreementChange> CameraAgreements::see(Time captured, const std::vec
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     Camera& camera = cameras_[i];
     if (!camera.now) continue;  // nothing to tell by: it stays as it was
+    if (captured - std::exchange(camera.told, captured) > kLasts) camera.since.reset();
     const bool other = camera.disagrees ? camera.now->sigmas < kCalm : camera.now->sigmas > kSigmas;
     if (!other) {
       camera.since.reset();

@@ -23,9 +23,10 @@ struct AgreementChange {
   CameraAgreement state;
 };
 
-/// A camera disagrees when some robot has been more than kSigmas off for kLasts, in every frame; it agrees
-/// again when no robot has been more than kCalm off for that long. Of two cameras that contradict each other
-/// both do: only a third one, or that one of them is not believed, tells which is wrong.
+/// A camera disagrees when some robot has been more than kSigmas off for kLasts, in every frame that tells;
+/// it agrees again when no robot has been more than kCalm off for that long. Where nothing tells for longer
+/// than kLasts, what was counted so far is forgotten. Of two cameras that contradict each other both do: only
+/// a third one, or that one of them is not believed, tells which is wrong.
 class CameraAgreements {
  public:
   static constexpr double kSigmas = 3.0;
@@ -45,6 +46,7 @@ class CameraAgreements {
   struct Camera {
     std::optional<CameraAgreement> now;
     bool disagrees = false;
+    Time told{};                ///< the newest frame in which there was a `now`
     std::optional<Time> since;  ///< that it is otherwise than `disagrees` says
   };
 

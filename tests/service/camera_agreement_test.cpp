@@ -66,6 +66,20 @@ TEST(CameraAgreements, NeitherOutliersNorFramesWithoutARobotCount) {
   EXPECT_FALSE(agreements.of(1)) << "one camera has nobody to contradict";
 }
 
+TEST(CameraAgreements, TwoFramesFarApartAreNoSecondOfDisagreement) {
+  CameraAgreements agreements(2);
+  const std::vector<RobotView> off{robot({sees(0, 0.0), sees(1, 8.0)})};
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_TRUE(agreements.see(at(60.0 * i), off).empty()) << i;
+    agreements.see(at(60.0 * i + 0.1), {});  // and out of the overlap again
+  }
+  // Frames in between that tell nothing do not begin it anew.
+  std::size_t told = 0;
+  for (int i = 0; i < 25; ++i)
+    told += agreements.see(at(900.0 + i / 20.0), i % 2 == 0 ? off : std::vector<RobotView>{}).size();
+  EXPECT_EQ(told, 1U);
+}
+
 TEST(CameraAgreements, TheRobotForWhichItIsFurthestOffSpeaksForACamera) {
   CameraAgreements agreements(3);
   agreements.see(at(0.0), {robot({sees(0, 0.5), sees(1, 1.0)}), robot({sees(1, 2.0), sees(2, 0.1)}),
