@@ -32,8 +32,8 @@ std::string text(const char* format, auto... values) {
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 GeometryFigure figure(double assumed, double value, double variance, double useful) {
-  GeometryFigure out{.assumed = assumed, .sigma = std::sqrt(std::max(0.0, variance))};
-  if (out.sigma <= useful) out.value = value;
+  GeometryFigure out{.assumed = assumed, .sigma = std::sqrt(variance < 0.0 ? 0.0 : variance)};
+  if (out.sigma <= useful && std::isfinite(value)) out.value = value;  // not where sigma is no number
   return out;
 }
 
@@ -166,7 +166,7 @@ std::string check(const char* name, const std::optional<KnownLength>& known) {
   if (!(known->length_m >= 0.1 && known->length_m <= 1000.0))
     return text("%s is %g m, allowed 0.1 to 1000", name, known->length_m);
   if (!(known->sigma_m >= 1e-5 && known->sigma_m <= 1.0))
-    return text("the standard deviation of %s is %g m, allowed 0.00001 to 1", name, known->sigma_m);
+    return text("%s is known to %g m, allowed 0.00001 to 1", name, known->sigma_m);
   return {};
 }
 

@@ -6,12 +6,10 @@
 // height is a wrong scale about the point under the camera. So
 //   - a height shows only against a length that something else knows: a distance measured by tape, a circle's
 //     radius, odometry that was itself calibrated, or a second camera that sees the same place;
-//   - turning on the spot leaves base_link where it is: the picture's middle goes round it, which tells where
-//   it
-//     lies along the picture's own axes;
-//   - a robot that cannot move sideways tells by driving straight which way it faces against its picture; on
-//   a
-//     circle that and the reference point's way forward show as one.
+//   - turning on the spot leaves base_link where it is: the picture's middle goes round it, which tells
+//     where it lies along the picture's own axes;
+//   - a robot that cannot move sideways tells by driving straight which way it faces against its picture;
+//     on a circle that and the reference point's way forward show as one.
 // Least squares over all of it. The cameras' own uncertainty is not estimated here but carried through: a
 // parameter's error K r_c with K the gain of the fit and r_c what the camera's error does to the residuals.
 #pragma once

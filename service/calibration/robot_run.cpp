@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <numbers>
 
@@ -194,6 +195,11 @@ OdometryPath::OdometryPath(const RobotRun& run) {
     }
   }
   if (least <= kLargestYawMisfit_rad) return;
+  times_s_.clear();
+  if (std::isinf(least)) {
+    problem_ = "the odometry was left out: it covers less than half of the looks, within 2 s of clock offset";
+    return;
+  }
   char text[160];
   std::snprintf(
       text, sizeof text,
@@ -201,7 +207,6 @@ OdometryPath::OdometryPath(const RobotRun& run) {
       "within 2 s of clock offset",
       least * 180.0 / std::numbers::pi);
   problem_ = text;
-  times_s_.clear();
 }
 
 std::optional<Eigen::Vector3d> OdometryPath::at(double time_s) const {

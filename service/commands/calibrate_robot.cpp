@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "service/assembly.hpp"
+#include "service/calibration/text.hpp"
 #include "service/commands/calibrate.hpp"
 #include "service/robot_geometry.hpp"
 #include "service/sources/video.hpp"
@@ -21,6 +22,7 @@ using calibration::RobotFit;
 using calibration::Stretch;
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kLatest_s = 7258118400.0;  // Unix seconds: the year 2200
 
 struct RobotFlags {
   ConfigFlags config;
@@ -66,7 +68,11 @@ void read_odometry(const fs::path& path, const std::string& robot, std::vector<B
   const auto whose = file.find_column("robot");
   for (std::size_t row = 0; row < file.rows(); ++row) {
     if (whose && file.text(row, *whose) != robot) continue;
-    out.push_back({.at = from_unix_seconds(file.number(row, stamp)),
+    const double at = file.number(row, stamp);
+    if (!(at >= 0.0 && at <= kLatest_s))
+      throw std::runtime_error(path.string() + ":" + std::to_string(file.line(row)) +
+                               ": stamp is out of range, allowed 0 to 7258118400 (Unix seconds)");
+    out.push_back({.at = from_unix_seconds(at),
                    .forward = file.number(row, forward),
                    .sideways = sideways ? file.number(row, *sideways) : 0.0,
                    .yaw_rate = file.number(row, turn)});
@@ -218,25 +224,12 @@ void print_stretches(const RobotFit& fit, const GeometryRun& run, const std::vec
 
 // Lengths in metres, their deviations in millimetres, angles in degrees.
 std::string value_text(double value, const std::string& unit) {
-  char text[64];
-  std::snprintf(text, sizeof text,
-                unit == "m"     ? "%.4f m"
-                : unit == "rad" ? "%.3f deg"
-                                : "%.5f",
-                unit == "rad" ? kDegrees * value : value);
-  return text;
+  if (unit == "m") return calibration::fixed(value, 4) + " m";
+  return unit == "rad" ? calibration::fixed(kDegrees * value, 3) + " deg" : calibration::fixed(value, 5);
 }
 
 std::string sigma_text(double sigma, const std::string& unit) {
-  char text[64];
-  std::snprintf(text, sizeof text,
-                unit == "m"     ? "%.2f mm"
-                : unit == "rad" ? "%.3f deg"
-                                : "%.5f",
-                unit == "m"     ? 1e3 * sigma
-                : unit == "rad" ? kDegrees * sigma
-                                : sigma);
-  return text;
+  return unit == "m" ? calibration::fixed(1e3 * sigma, 2) + " mm" : value_text(sigma, unit);
 }
 
 void print_figures(const RobotSpec& spec, const RobotFit& fit) {
@@ -339,15 +332,17 @@ void add_calibrate_robot(CLI::App& calibrate_command, Run& run) {
                    "v_side and "
                    "robot, as `skylight simulate` writes it; its clock within 2 s of the cameras'")
       ->allow_extra_args(false);
-  command->add_option("--odometry-sigma", flags->odometry_sigma,
-                      "Share by which its odometry's way may be wrong (0.005)");
+  command
+      ->add_option("--odometry-sigma", flags->odometry_sigma,
+                   "Share by which its odometry's way may be wrong (0.005)")
+      ->check(CLI::Range(1e-5, 0.5));
   command->add_flag("--holonomic", flags->holonomic,
                     "It can move sideways: only odometry tells which way it faces");
   command->add_option("--duration", flags->duration_s, "Seconds of a live or simulated source to watch (60)")
       ->check(CLI::Range(1.0, 3600.0));
   command
       ->add_option("--start", flags->start_s, "Capture time of a recording's first frame, Unix seconds (0)")
-      ->check(CLI::Range(0.0, 7258118400.0));
+      ->check(CLI::Range(0.0, kLatest_s));
   command
       ->add_option("--frame-rate", flags->frame_rate_hz,
                    "Of a folder without frames.csv, frames per second (30)")

@@ -201,7 +201,23 @@ TEST(RobotGeometry, OdometryOfAnotherRobotIsRefused) {
     reading.yaw_rate *= reading.at < Time{from_seconds(1e6 + 6)} ? -1.0 : 1.0;
   const RobotFit fit = fit_robot(run);
   ASSERT_FALSE(fit.remarks.empty());
-  EXPECT_NE(fit.remarks[0].find("odometry was left out"), std::string::npos) << fit.remarks[0];
+  EXPECT_NE(fit.remarks[0].find("odometry was left out: it turns otherwise"), std::string::npos)
+      << fit.remarks[0];
+  for (BodyVelocity& reading : run.odometry) reading.at += std::chrono::hours(1);
+  const RobotFit late = fit_robot(run);
+  ASSERT_FALSE(late.remarks.empty());
+  EXPECT_NE(late.remarks[0].find("covers less than half of the looks"), std::string::npos) << late.remarks[0];
+}
+
+TEST(RobotGeometry, ACameraAsHighAsTheRobotTellsNothing) {
+  RobotRun run = robot_run(plan({kStand, kSpin, kStand, kLine, kStand}));
+  Eigen::Isometry3d low = run.cameras[0].map_from_camera();
+  low.translation().z() = run.assumed.surface_height_m;
+  run.cameras[0] = CameraModel(run.cameras[0].intrinsics(), low);
+  run.known.distance = KnownLength{4.0, 1e-3};
+  const RobotFit fit = fit_robot(run);
+  EXPECT_FALSE(fit.surface_height_m.value);
+  EXPECT_FALSE(fit.mounting_x_m.value || fit.mounting_y_m.value);
 }
 
 // Ten minutes are what a history keeps. However long it stood and turned, the fit stays small.
@@ -217,12 +233,18 @@ TEST(RobotGeometry, AVeryLongRunIsThinned) {
 TEST(RobotGeometry, LengthsOutOfRangeAreRefused) {
   RobotRun run = robot_run(plan({kStand}));
   run.known.distance = KnownLength{0.01, 1e-3};
+  EXPECT_EQ(check(run.known), "distance is 0.01 m, allowed 0.1 to 1000");
   EXPECT_THROW(fit_robot(run), std::invalid_argument);
   run.known.distance = KnownLength{4.0, 0.0};
-  EXPECT_THROW(fit_robot(run), std::invalid_argument);
+  EXPECT_EQ(check(run.known), "distance is known to 0 m, allowed 0.00001 to 1");
   run.known.distance.reset();
+  run.known.radius = KnownLength{2000.0, 1e-3};
+  EXPECT_EQ(check(run.known), "radius is 2000 m, allowed 0.1 to 1000");
+  run.known.radius.reset();
   run.known.odometry_scale_sigma = 0.0;
-  EXPECT_THROW(fit_robot(run), std::invalid_argument);
+  EXPECT_EQ(check(run.known), "odometry_scale_sigma is 0, allowed 0.00001 to 0.5");
+  run.known.odometry_scale_sigma = 0.01;
+  EXPECT_EQ(check(run.known), "");
 }
 
 // Over seeds the error in standard deviations is that of a unit normal: with a camera that is known exactly
