@@ -134,19 +134,18 @@ http::Reply begin(const http::Request& request, const RouteContext& context, Des
   check_query(request, {});
   const auto told = read_body<KnowledgeBody>(body_document(request));
   Collection collection{.since = {}, .spec = {}, .known = told, .cameras = {}, .uncertainty = {}};
-  change_tracker(context, [&](Tracker& tracker) {
-    for (std::size_t i = 0; i < tracker.cameras().size(); ++i)
-      collection.uncertainty.push_back(tracker.uncertainty(i));
-  });
-  const bool known =
-      std::any_of(collection.uncertainty.begin(), collection.uncertainty.end(),
-                  [](const CameraUncertainty& camera) { return !camera.covariance.isZero(0.0); });
-  if (!known) collection.uncertainty.clear();
   const auto snapshot = context.pipeline.snapshot();
   const RobotSnapshot& robot = robot_of(request, *snapshot);
   collection.since = snapshot->captured;
   collection.spec = *robot.spec;
-  for (const CameraSnapshot& camera : snapshot->cameras) collection.cameras.push_back(camera.model);
+  for (const CameraSnapshot& camera : snapshot->cameras) {
+    collection.cameras.push_back(camera.model);
+    collection.uncertainty.push_back(uncertainty_of(camera.calibration->document));
+  }
+  const bool known =
+      std::any_of(collection.uncertainty.begin(), collection.uncertainty.end(),
+                  [](const CameraUncertainty& camera) { return !camera.covariance.isZero(0.0); });
+  if (!known) collection.uncertainty.clear();
   const Json body = progress_json(collection, *snapshot, robot);
   desk.put(robot.view.id, std::move(collection));
   http::Reply reply = json_reply(body, 201);
@@ -189,12 +188,17 @@ http::Reply apply(const http::Request& request, const RouteContext& context, Des
     throw http::Problem(
         409, "Nothing is determined yet",
         "height: " + fit.surface_height_m.missing + "; reference point: " + fit.mounting_x_m.missing);
+  bool changed_first = true;  // by somebody else, since the snapshot
   change_tracker(context, [&](Tracker& tracker) {
     for (const RobotSpec& now : tracker.robots()) {
-      if (now.id == robot.view.id && same_geometry(now, collection->spec))
-        tracker.change(with_geometry(now, fit));
+      if (now.id != robot.view.id || !same_geometry(now, collection->spec)) continue;
+      changed_first = false;
+      tracker.change(with_geometry(now, fit));
     }
   });
+  if (changed_first)
+    throw http::Problem(409, "The collection is outdated",
+                        "the robot was changed or removed meanwhile: begin again");
   desk.drop(robot.view.id);
   const auto shown = context.pipeline.snapshot();
   const RobotSnapshot& changed = robot_of(request, *shown);
