@@ -1,8 +1,8 @@
 // The simulator's resources through the router, without sockets.
 #include <gmock/gmock.h>
 
-#include "service/routes/context.hpp"
 #include "service/simulator_desk.hpp"
+#include "tests/service/routes_fixture.hpp"
 #include "tests/service/simulated_room.hpp"
 
 namespace skylight::service::test {
@@ -10,12 +10,6 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-
-struct Answer {
-  int status = 0;
-  Json json;
-  std::string detail() const { return json.at("detail"); }
-};
 
 class SimulatorRoutes : public testing::Test {
  protected:
@@ -33,22 +27,8 @@ class SimulatorRoutes : public testing::Test {
     pipeline_->start();
   }
 
-  Answer call(const std::string& method, const std::string& path, const std::string& body = {},
-              const std::multimap<std::string, std::string>& query = {}) const {
-    http::Request request{.method = method, .path = path, .query = query, .body = body};
-    std::vector<std::string> segments;
-    std::istringstream in(path.substr(1));
-    for (std::string segment; std::getline(in, segment, '/');) segments.push_back(segment);
-    const http::Router::Match match = router_.match(method, segments);
-    if (match.route == nullptr) return {.status = 404, .json = {}};
-    request.path_params = match.path_params;
-    http::Reply reply;
-    try {
-      reply = match.route->handler(request);
-    } catch (const http::Problem& problem) {
-      reply = problem.answer();
-    }
-    return {reply.status, Json::parse(reply.body)};
+  Answer call(const std::string& method, const std::string& target, const std::string& body = {}) const {
+    return call_route(router_, method, target, body);
   }
   Answer simulator() const { return call("GET", "/api/v1/simulator"); }
   /// Lets frames pass and waits until they did.
@@ -63,7 +43,7 @@ class SimulatorRoutes : public testing::Test {
     for (int i = 0; i < 60'000 && passed() < until; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     EXPECT_GE(passed(), until);
-    return simulator().json;
+    return simulator().json();
   }
 
   RoomFolder folder_;
@@ -76,7 +56,7 @@ class SimulatorRoutes : public testing::Test {
 };
 
 TEST_F(SimulatorRoutes, TellsScenarioStateAndTruth) {
-  Json now = simulator().json;
+  Json now = simulator().json();
   EXPECT_EQ(now["scenario"], "room") << "no path of this machine";
   EXPECT_EQ(now["seed"], 4);
   EXPECT_EQ(now["state"], "paused");
@@ -91,39 +71,39 @@ TEST_F(SimulatorRoutes, TellsScenarioStateAndTruth) {
 }
 
 TEST_F(SimulatorRoutes, StartsPausesAndRefusesStepsWhileItRuns) {
-  EXPECT_EQ(call("POST", "/api/v1/simulator/start").json["state"], "running");
+  EXPECT_EQ(call("POST", "/api/v1/simulator/start").json()["state"], "running");
   EXPECT_EQ(call("POST", "/api/v1/simulator/step", "{}").status, 409);
-  EXPECT_EQ(call("POST", "/api/v1/simulator/pause").json["state"], "paused");
+  EXPECT_EQ(call("POST", "/api/v1/simulator/pause").json()["state"], "paused");
   EXPECT_EQ(call("POST", "/api/v1/simulator/step").status, 400) << "no body at all";
   EXPECT_EQ(call("POST", "/api/v1/simulator/step", "{}").status, 202) << "one frame where none are named";
   EXPECT_THAT(call("POST", "/api/v1/simulator/step", R"({"frames": 0})").detail(),
               AllOf(HasSubstr("frames"), HasSubstr("1 to 1000")));
-  EXPECT_EQ(call("POST", "/api/v1/simulator/start", "", {{"fast", "1"}}).status, 400);
+  EXPECT_EQ(call("POST", "/api/v1/simulator/start?fast=1").status, 400);
 }
 
 TEST_F(SimulatorRoutes, TheSpeedIsSetWithinItsRange) {
-  EXPECT_EQ(call("PATCH", "/api/v1/simulator", R"({"speed": 2.5})").json["speed"], 2.5);
+  EXPECT_EQ(call("PATCH", "/api/v1/simulator", R"({"speed": 2.5})").json()["speed"], 2.5);
   const Answer refused = call("PATCH", "/api/v1/simulator", R"({"speed": 0})");
   EXPECT_EQ(refused.status, 422);
   EXPECT_THAT(refused.detail(), AllOf(HasSubstr("speed"), HasSubstr("0.01 to 100")));
   EXPECT_EQ(call("PATCH", "/api/v1/simulator", "{}").status, 422);
   EXPECT_EQ(call("PATCH", "/api/v1/simulator", "fast").status, 400);
-  EXPECT_EQ(simulator().json["speed"], 2.5);
+  EXPECT_EQ(simulator().json()["speed"], 2.5);
 }
 
 TEST_F(SimulatorRoutes, ResetBeginsTheSameScenarioAnew) {
   ASSERT_GT(step(2)["time"].get<double>(), 0.03);
   const Answer reset = call("POST", "/api/v1/simulator/reset");
-  ASSERT_EQ(reset.status, 200) << reset.json;
-  EXPECT_EQ(reset.json["scenario"], "room");
-  EXPECT_EQ(reset.json["seed"], 4);
-  EXPECT_EQ(reset.json["time"], 0.0);
-  EXPECT_EQ(reset.json["state"], "paused") << "as it was";
+  ASSERT_EQ(reset.status, 200) << reset.json();
+  EXPECT_EQ(reset.json()["scenario"], "room");
+  EXPECT_EQ(reset.json()["seed"], 4);
+  EXPECT_EQ(reset.json()["time"], 0.0);
+  EXPECT_EQ(reset.json()["state"], "paused") << "as it was";
   EXPECT_EQ(step(1)["robots"].size(), 1U);
 }
 
 TEST_F(SimulatorRoutes, ListsWhatComesAlongAndLoadsItByName) {
-  const Json list = call("GET", "/api/v1/scenarios").json;
+  const Json list = call("GET", "/api/v1/scenarios").json();
   ASSERT_GE(list["total"].get<int>(), 3);
   const auto demo = std::find_if(list["items"].begin(), list["items"].end(),
                                  [](const Json& scenario) { return scenario["name"] == "circle"; });
@@ -131,9 +111,9 @@ TEST_F(SimulatorRoutes, ListsWhatComesAlongAndLoadsItByName) {
   EXPECT_EQ((*demo)["robots"], 1);
   EXPECT_FALSE((*demo)["description"].get<std::string>().empty());
   const Answer loaded = call("PUT", "/api/v1/simulator", R"({"scenario": "circle", "seed": 9})");
-  ASSERT_EQ(loaded.status, 200) << loaded.json;
-  EXPECT_EQ(loaded.json["scenario"], "circle");
-  EXPECT_EQ(loaded.json["seed"], 9);
+  ASSERT_EQ(loaded.status, 200) << loaded.json();
+  EXPECT_EQ(loaded.json()["scenario"], "circle");
+  EXPECT_EQ(loaded.json()["seed"], 9);
   EXPECT_EQ(pipeline_->snapshot()->robots.size(), 1U);
   EXPECT_EQ(store_.all().size(), 1U);
 }
@@ -147,7 +127,7 @@ TEST_F(SimulatorRoutes, WhatCannotBeLoadedIsRefusedAndTheOldOneGoesOn) {
     EXPECT_FALSE(refused.detail().empty());
   }
   EXPECT_EQ(call("PUT", "/api/v1/simulator", "circle").status, 400);
-  EXPECT_EQ(simulator().json["scenario"], "room");
+  EXPECT_EQ(simulator().json()["scenario"], "room");
   EXPECT_EQ(step(1)["robots"].size(), 1U);
 }
 
@@ -179,17 +159,17 @@ TEST_F(SimulatorRoutes, OfASimulatedRobotItsWheelsAreReadWhoeverPostsForIt) {
             202);
   EXPECT_EQ(call("GET", "/api/v1/robots/anna/odometry").status, 404) << "the wheels have not reported yet";
   step(4);
-  const Json report = call("GET", "/api/v1/robots/anna/odometry").json;
+  const Json report = call("GET", "/api/v1/robots/anna/odometry").json();
   EXPECT_NE(report["stamp"], 5.0);
   EXPECT_TRUE(report["pose"].is_object());
   EXPECT_NEAR(report["twist"]["v_mps"].get<double>(), 0.15, 0.1);
 }
 
 TEST_F(SimulatorRoutes, EventsComeByPages) {
-  const Json page = call("GET", "/api/v1/simulator/events").json;
+  const Json page = call("GET", "/api/v1/simulator/events").json();
   EXPECT_EQ(page["total"], 0);
-  EXPECT_EQ(call("GET", "/api/v1/simulator/events", "", {{"since", "-1"}}).status, 400);
-  EXPECT_EQ(call("GET", "/api/v1/simulator/events", "", {{"since", "2"}}).status, 200);
+  EXPECT_EQ(call("GET", "/api/v1/simulator/events?since=-1").status, 400);
+  EXPECT_EQ(call("GET", "/api/v1/simulator/events?since=2").status, 200);
 }
 
 TEST_F(SimulatorRoutes, WhereTheSourceIsNoSimulatorThereIsNone) {
