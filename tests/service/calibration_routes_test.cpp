@@ -241,6 +241,41 @@ TEST(CalibrationRoutes, ClickedPointsSayWhereTheCameraHangsAndWhatWouldChange) {
   EXPECT_LT(again["cameras"][0]["change"]["shift_mm"].get<double>(), 0.01);
 }
 
+TEST(CalibrationRoutes, WhatIsSaidOfPointsAndHeightCounts) {
+  CalibrationRoom room({{"ceiling", small_room().camera()}});
+  const CameraModel truth = turned_camera();
+  const auto sigma_of_height = [&](Json body) {
+    body["points"] = clicked_points(truth);
+    body["apply"] = false;
+    const Answer answer = room.call("POST", "/calibration/extrinsics", body);
+    EXPECT_EQ(answer.status, 200) << answer.body;
+    return answer.json()["cameras"][0]["sigmas"]["position_m"][2].get<double>();
+  };
+  const double plain = sigma_of_height(Json::object());
+  EXPECT_LT(sigma_of_height({{"click_sigma_px", 0.1}}), 0.5 * plain);
+  EXPECT_GT(sigma_of_height({{"point_sigma_m", 0.05}}), 2.0 * plain);
+  const double height = truth.map_from_camera().translation().z();
+  EXPECT_LE(sigma_of_height({{"height_m", height}, {"height_sigma_m", 0.0005}}), 0.0005);
+}
+
+// Were the refined lens where the next calibration begins, the same points would count twice.
+TEST(CalibrationRoutes, ACalibrationThatIsRepeatedBeginsFromTheLensAsItWasBefore) {
+  const CameraModel believed = small_room().camera();
+  CalibrationSigmas sigmas;
+  sigmas.focal_px = 5.0;
+  const auto in_use = std::make_shared<const CalibrationInUse>(
+      CalibrationInUse{.document = calibration_of(believed, skylight::camera_uncertainty(sigmas))});
+  CalibrationRoom room({{"ceiling", believed, in_use}});
+  const Json body{{"points", clicked_points(turned_camera())}};
+  ASSERT_EQ(room.call("POST", "/calibration/extrinsics", body).status, 200);
+  const Json once = room.get(kAt).json();
+  EXPECT_LT(once["sigmas"]["focal_px"][0].get<double>(), 5.0) << "the points tell of the lens too";
+  ASSERT_EQ(room.call("POST", "/calibration/extrinsics", body).status, 200);
+  const Json twice = room.get(kAt).json();
+  EXPECT_EQ(twice["intrinsics"], once["intrinsics"]);
+  EXPECT_EQ(twice["sigmas"], once["sigmas"]);
+}
+
 TEST(CalibrationRoutes, PointsThatContradictThemselvesAreNamed) {
   CalibrationRoom room({{"ceiling", small_room().camera()}});
   const auto refused = [&](const Json& body) {

@@ -79,6 +79,17 @@ TEST_F(GeometryRoutes, AChangedRobotMakesTheCollectionOutdated) {
   EXPECT_EQ(call("POST", kApply).status, 409);
 }
 
+TEST_F(GeometryRoutes, ACameraThatIsCalibratedAnewMakesTheCollectionOutdated) {
+  turn(3, 0.0);
+  ASSERT_EQ(call("POST", kGeometry, "{}").status, 201);
+  const CameraSnapshot camera = rig_.pipeline->snapshot()->cameras[0];
+  rig_.pipeline->recalibrate({{camera.id, camera.calibration}});
+  const Json told = get(kGeometry).json();
+  EXPECT_EQ(told["state"], "outdated");
+  EXPECT_THAT(told["reason"].get<std::string>(), HasSubstr("cameras"));
+  EXPECT_EQ(call("POST", kApply).status, 409);
+}
+
 TEST_F(GeometryRoutes, ItCanBeCancelledAndRefusesWhatIsNoKnowledge) {
   turn(3, 0.0);
   EXPECT_EQ(call("DELETE", kGeometry).status, 404);
@@ -91,6 +102,65 @@ TEST_F(GeometryRoutes, ItCanBeCancelledAndRefusesWhatIsNoKnowledge) {
   EXPECT_THAT(far.detail(), testing::AllOf(HasSubstr("length_m"), HasSubstr("1000")));
   EXPECT_EQ(call("POST", kGeometry, R"({"diameter": 2})").status, 422);
   EXPECT_EQ(call("POST", "/api/v1/robots/nobody/geometry", "{}").status, 404);
+}
+
+calibration::RobotFit fit_of(std::optional<double> height, std::optional<double> x) {
+  calibration::RobotFit fit;
+  fit.surface_height_m = {.assumed = 0.1, .value = height, .sigma = 0.001};
+  fit.mounting_x_m = {.assumed = 0.01, .value = x, .sigma = 0.001};
+  fit.mounting_y_m = {.assumed = -0.02};
+  fit.mounting_yaw = {.assumed = 0.3};
+  return fit;
+}
+
+TEST(FoundGeometry, WhatIsDeterminedIsTakenOverAndTheRestStays) {
+  const RobotSpec pictured = robot_of(small_room());
+  const RobotSpec higher = with_geometry(pictured, fit_of(0.12, {}));
+  EXPECT_EQ(higher.surface_height_m, 0.12);
+  EXPECT_FALSE(higher.picture_mounting);
+  const RobotSpec mounted = with_geometry(pictured, fit_of({}, 0.03));
+  EXPECT_EQ(mounted.surface_height_m, pictured.surface_height_m);
+  EXPECT_EQ(mounted.picture_mounting, (Pose2{0.03, -0.02, 0.3}));
+
+  const RobotSpec tagged{.id = "ben", .tag = TagSpec{.height_m = 0.1, .mounting = {0.01, -0.02, 0.3}}};
+  const RobotSpec changed = with_geometry(tagged, fit_of(0.12, {}));
+  EXPECT_EQ(changed.tag->height_m, 0.12);
+  EXPECT_EQ(changed.tag->mounting, tagged.tag->mounting);
+  EXPECT_FALSE(changed.picture_mounting || changed.surface_height_m);
+}
+
+TEST(FoundGeometry, LooksThatSayNothingOfThePictureAreCounted) {
+  const RobotSpec spec = robot_of(small_room());
+  GeometryRun run(spec, {small_room().camera()}, {}, {});
+  run.add(Observation{.captured = kStart, .source = PoseSource::orb, .heading_turns = 1});
+  run.add(Observation{.captured = kStart, .source = PoseSource::orb, .heading_turns = 4});
+  for (int i = 0; i < 2; ++i)
+    run.add(Observation{.captured = kStart, .source = PoseSource::apriltag, .heading_turns = 1});
+  EXPECT_EQ(run.run().seen.size(), 1U);
+  const auto left_out = run.fit().left_out;
+  const auto count = [&](const char* words) {
+    std::size_t looks = 0;
+    for (const auto& reason : left_out)
+      looks += reason.reason.find(words) != std::string::npos ? reason.count : 0;
+    return looks;
+  };
+  EXPECT_EQ(count("by its tag"), 2U);
+  EXPECT_EQ(count("symmetric"), 1U);
+}
+
+TEST(FoundGeometry, AFigureIsToBeChangedBeyondThreeStandardDeviations) {
+  EXPECT_EQ(verdict(fit_of(0.1029, {}).surface_height_m), "agrees");
+  EXPECT_EQ(verdict(fit_of(0.0969, {}).surface_height_m), "change");
+  EXPECT_EQ(verdict(fit_of({}, {}).surface_height_m), "open");
+}
+
+TEST(FoundGeometry, AWrongHeightCostsMoreTheFurtherTheRobotIsFromThePointUnderTheCamera) {
+  // 1.5 m high, f = 250 px: the middle of the right side of 320 px is seen 159.5 / 250 x 1.4 m away.
+  const HeightCost cost = height_cost(fit_of(0.105, {}), small_room().camera());
+  EXPECT_NEAR(cost.error_m, 0.005, 1e-12);
+  EXPECT_NEAR(cost.per_metre_m, 0.005 / 1.4, 1e-12);
+  EXPECT_NEAR(cost.edge_m, 159.5 / 250.0 * 1.4, 0.01);
+  EXPECT_DOUBLE_EQ(cost.at_edge_m, cost.per_metre_m * cost.edge_m);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // the errors over many seeds.
 #include "service/calibration/robot.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <numbers>
 
@@ -207,6 +208,24 @@ TEST(RobotGeometry, OdometryOfAnotherRobotIsRefused) {
   const RobotFit late = fit_robot(run);
   ASSERT_FALSE(late.remarks.empty());
   EXPECT_NE(late.remarks[0].find("covers less than half of the looks"), std::string::npos) << late.remarks[0];
+}
+
+// Wheels that turn to and fro by a wave of 0.5 rad/s more than the robot does are off by its amplitude over
+// 0.5 rad/s over the square root of two.
+TEST(RobotGeometry, OdometryIsBelievedThatTurnsAsTheRobotWasSeenToWithinThreeDegrees) {
+  for (const double rms_rad : {0.02, 0.15}) {
+    RunPlan asked = plan({kStand, kSpin, kStand, kLine, kStand, kSpin, kStand});
+    asked.odometry_scale = 1.0;
+    RobotRun run = robot_run(asked);
+    for (BodyVelocity& reading : run.odometry)
+      reading.yaw_rate +=
+          rms_rad * std::sqrt(2.0) * 0.5 * std::cos(0.5 * to_seconds(reading.at - run.odometry.front().at));
+    const RobotFit fit = fit_robot(run);
+    const bool believed = std::none_of(fit.remarks.begin(), fit.remarks.end(), [](const std::string& remark) {
+      return remark.find("odometry was left out") != std::string::npos;
+    });
+    EXPECT_EQ(believed, rms_rad < 0.05) << rms_rad;
+  }
 }
 
 TEST(RobotGeometry, ACameraAsHighAsTheRobotTellsNothing) {
