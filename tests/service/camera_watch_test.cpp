@@ -143,9 +143,9 @@ TEST(CameraWatch, ACoveredLensIsBlindNotMovedAndAFlashIsForgotten) {
   double t = 0.0;
   for (; t < 3.0; t += 0.5) watch.look(flat(floor, t));
   ASSERT_EQ(watch.report().hold, CameraHold::steady);
-  watch.look(flat(dark, t += 0.5));
-  for (int i = 0; i < 4; ++i) watch.look(flat(floor, t += 0.5));
-  EXPECT_EQ(watch.report().hold, CameraHold::steady) << "one dark frame";
+  EXPECT_EQ(watch.look(flat(dark, t += 0.5)).hold, CameraHold::steady) << "one dark frame";
+  for (int i = 0; i < 4; ++i)
+    EXPECT_EQ(watch.look(flat(floor, t += 0.5)).hold, CameraHold::steady) << "and after it";
   for (int i = 0; i < 5; ++i) watch.look(flat(dark, t += 0.5));
   EXPECT_EQ(watch.report().hold, CameraHold::blind);
   for (int i = 0; i < 5; ++i) watch.look(flat(floor, t += 0.5));
