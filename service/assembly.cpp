@@ -75,6 +75,9 @@ void take_from_scenario(const Config& config, const SimulatorFrames& simulator, 
     for (const SimulatedCamera& camera : simulator.cameras())
       assembly.cameras.push_back({camera.id, camera.model});
   }
+  for (NamedCamera& camera : assembly.cameras) {
+    if (camera.floor_tags.empty()) camera.floor_tags = simulator.floor_tags();
+  }
   for (const SimulatedRobot& robot : simulator.robots()) {
     if (!robot.appearance) continue;
     assembly.appearances.emplace(robot.appearance->id(), robot.appearance);
@@ -173,7 +176,8 @@ Assembly assemble(const Config& config, std::shared_ptr<FrameSource> source,
                     .robots = {},
                     .tracker = tracker_config(config)};
   for (const CameraConfig& camera : config.cameras)
-    assembly.cameras.push_back({camera.id, camera_model(camera), calibration_in_use(config, camera)});
+    assembly.cameras.push_back(
+        {camera.id, camera_model(camera), calibration_in_use(config, camera), camera.floor_tags});
   if (simulator != nullptr) {
     take_from_scenario(config, *simulator, assembly);
   } else if (std::holds_alternative<CamerasSource>(config.source.input)) {

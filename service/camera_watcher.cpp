@@ -5,7 +5,7 @@
 namespace skylight::service {
 
 CameraWatcher::CameraWatcher(const CameraWatchConfig& config, std::size_t cameras) {
-  for (std::size_t i = 0; i < cameras; ++i) cameras_.push_back({CameraWatch(config), {}, {}});
+  for (std::size_t i = 0; i < cameras; ++i) cameras_.push_back({CameraWatch(config), {}, {}, false});
   thread_ = std::thread([this] { run(); });
 }
 

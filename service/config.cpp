@@ -238,11 +238,18 @@ RobotConfig robot_config(const RobotSpec& spec) {
   return robot;
 }
 
+FloorMask floor_mask(const MaskConfig& mask) {
+  FloorMask out{.name = mask.name, .corners = {}};
+  for (const auto& [x, y] : mask.corners_m) out.corners.emplace_back(x, y);
+  return out;
+}
+
 TrackerConfig tracker_config(const Config& config) {
   TrackerConfig tracker;
   tracker.search = config.tracker.search;
   tracker.depth = config.tracker.depth;
   tracker.audit_interval = config.tracker.audit_interval;
+  for (const MaskConfig& mask : config.floor.masks) tracker.floor_masks.push_back(floor_mask(mask));
   tracker.history = {.max_age = from_seconds(config.history.max_age_s),
                      .max_entries = config.history.max_entries};
   const bool calibrated =

@@ -19,6 +19,7 @@
 #include <Eigen/Geometry>
 
 #include "service/calibration/file.hpp"
+#include "service/floor_tag.hpp"
 #include "service/sources/live/kinds.hpp"
 #include "settings/document.hpp"
 #include "tracker/appearance.hpp"
@@ -145,6 +146,7 @@ struct CameraConfig {
   std::optional<CameraPose> map_from_camera{};
   std::optional<OverheadPose> overhead{};
   std::optional<CalibrationSigmas> uncertainty{};  ///< absent: known exactly
+  std::vector<FloorTag> floor_tags{};              ///< by which it may be calibrated by itself
   std::optional<CameraSourceConfig> source{};      ///< counts where Config::source is of the type cameras
 };
 
@@ -215,7 +217,18 @@ struct HistoryConfig {
 /// Whether cameras are watched for having been moved.
 struct WatchConfig {
   bool enabled = true;
+  bool recalibrate = false;      ///< a camera that was moved, by its floor_tags
   CameraWatchConfig settings{};  ///< its keys stand in the section itself
+};
+
+/// As FloorMask.
+struct MaskConfig {
+  std::string name{};
+  std::vector<std::array<double, 2>> corners_m{};
+};
+
+struct FloorConfig {
+  std::vector<MaskConfig> masks{};
 };
 
 struct PredictionConfig {
@@ -239,6 +252,7 @@ struct Config {
   TrackingConfig tracker{};
   std::vector<RobotConfig> robots{};  ///< empty with the simulator: the scenario's
   WatchConfig camera_watch{};
+  FloorConfig floor{};
   HistoryConfig history{};
   PredictionConfig prediction{};
   LogConfig log{};
@@ -279,6 +293,7 @@ CameraModel camera_model(const CameraConfig& camera);
 FrameCut frame_cut(const AppearanceConfig& appearance);
 /// `appearance` may be null for the detector apriltag.
 RobotSpec robot_spec(const RobotConfig& robot, std::shared_ptr<const Appearance> appearance);
+FloorMask floor_mask(const MaskConfig& mask);
 TrackerConfig tracker_config(const Config& config);
 
 /// The configuration that makes this robot: robot_spec()'s inverse.

@@ -14,6 +14,8 @@ namespace service {
 
 void describe(Fields& fields, FilterConfig& filter);
 void describe(Fields& fields, CameraSourceConfig& source);
+void describe(Fields& fields, FloorTag& tag);
+void describe(Fields& fields, FloorConfig& floor);
 
 namespace {
 
@@ -84,6 +86,18 @@ void check_tags_differ(Fields& fields, const Config& config, std::size_t first, 
   fields.check(
       false, at("robots", second, "tag"),
       b->family + " " + std::to_string(b->id) + " is the tag of robots[" + std::to_string(first) + "] too");
+}
+
+void check_floor_tags(Fields& fields, const CameraConfig& camera) {
+  for (std::size_t i = 0; i < camera.floor_tags.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const FloorTag& tag = camera.floor_tags[i];
+      fields.check(
+          tag.id != camera.floor_tags[j].id || tag.family != camera.floor_tags[j].family,
+          at("floor_tags", i, "id"),
+          tag.family + " " + std::to_string(tag.id) + " is floor_tags[" + std::to_string(j) + "] too");
+    }
+  }
 }
 
 const std::string* device_of(const CameraConfig& camera) {
@@ -272,12 +286,19 @@ void describe(Fields& fields, CameraConfig& camera) {
   fields.field(
       "calibration", camera.calibration,
       {.min_length = 1,
-       .help = "File that skylight calibrate wrote, relative to the configuration file's folder: lens, "
-               "place and how well both are known. Instead of all other keys but id and source."});
+       .help =
+           "File that skylight calibrate wrote, relative to the configuration file's folder: lens, "
+           "place and how well both are known. Instead of all other keys but id, floor_tags and source."});
   fields.field("intrinsics", camera.intrinsics);
   fields.field("map_from_camera", camera.map_from_camera);
   fields.field("overhead", camera.overhead, {.help = "Instead of map_from_camera."});
   fields.field("uncertainty", camera.uncertainty, {.help = "Absent: known exactly."});
+  fields.field(
+      "floor_tags", camera.floor_tags,
+      {.max_items = 1000,
+       .help = "By which it is calibrated again where it was moved and camera_watch.recalibrate says so; "
+               "at least two, far apart."});
+  check_floor_tags(fields, camera);
   fields.field("source", camera.source, {.help = "Counts where source.type is cameras."});
   fields.exactly_one_of({"calibration", "map_from_camera", "overhead"});
   fields.check(!(camera.calibration && (camera.intrinsics || camera.uncertainty)), "calibration",
@@ -392,6 +413,10 @@ void describe(Fields& fields, WatchConfig& watch) {
   fields.about(
       "Whether each camera still hangs as it did: fixed features of the floor against their places.");
   fields.field("enabled", watch.enabled, {.help = "false: cameras are not watched."});
+  fields.field("recalibrate", watch.recalibrate,
+               {.help = "true: a camera that was moved is calibrated by its floor_tags, where it has some."});
+  fields.check(watch.enabled || !watch.recalibrate, "recalibrate",
+               "needs cameras to be watched: enabled is false");
   describe(fields, watch.settings);
 }
 
@@ -431,6 +456,7 @@ void describe(Fields& fields, Config& config) {
   fields.list("robots", config.robots, prototype,
               {.max_items = 10000, .help = "With the simulator, empty: the scenario's."});
   fields.field("camera_watch", config.camera_watch);
+  fields.field("floor", config.floor);
   fields.field("history", config.history);
   fields.field("prediction", config.prediction);
   fields.field("log", config.log);

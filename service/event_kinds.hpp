@@ -8,6 +8,7 @@
 //   calibration.changed  a camera has another calibration            data: shift_mm, turn_deg
 //   cameras.disagree a camera sees robots elsewhere than the others  data: off_m, sigmas, robots, refused
 //   cameras.agree    it sees them where the others do again          data: the same
+//   camera.recalibrated, camera.recalibration_failed                 see self_calibration.cpp
 //   robot.added, robot.changed, robot.removed
 #pragma once
 

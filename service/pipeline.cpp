@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "service/camera_doubt.hpp"
 #include "service/event_kinds.hpp"
 
 namespace skylight::service {
@@ -92,12 +93,13 @@ void Pipeline::install(std::vector<NamedCamera> cameras) {
   agreements_ = CameraAgreements(cameras.size());
   for (NamedCamera& camera : cameras) {
     if (!camera.calibration)
-      camera.calibration =
-          std::make_shared<const CalibrationInUse>(CalibrationInUse{calibration_of(camera.model, {})});
+      camera.calibration = std::make_shared<const CalibrationInUse>(
+          CalibrationInUse{calibration_of(camera.model, tracker_.uncertainty(next_.cameras.size()))});
     next_.cameras.push_back({.id = std::move(camera.id),
                              .model = std::make_shared<const CameraModel>(camera.model),
                              .calibration = std::move(camera.calibration),
-                             .image = {}});
+                             .image = {},
+                             .floor_tags = std::move(camera.floor_tags)});
   }
   take_specs();
   publish();
@@ -187,6 +189,7 @@ void Pipeline::recalibrate(const std::vector<Recalibration>& cameras) {
       CameraSnapshot& camera = next_.cameras[indices[i]];
       const auto before = std::exchange(camera.model, std::make_shared<const CameraModel>(model));
       camera.calibration = cameras[i].calibration;
+      end_doubt(camera);
       events().add(calibration_event(camera, *before));
       if (!watcher_) continue;
       watcher_->relearn(indices[i]);
@@ -337,21 +340,13 @@ void Pipeline::process(const Frame& frame) {
   camera.depth = tracker_.floor_fit(frame.camera);
   if (watcher_) {
     watcher_->offer(frame);
-    take_hold(frame.camera);
+    if (auto event = take_hold(watcher_->report(frame.camera), frame.camera, camera, tracker_))
+      events().add(std::move(*event));
   }
   next_.captured = std::max(next_.captured, frame.captured);
   next_.tracker_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   next_.processed = now();
-}
-
-void Pipeline::take_hold(std::size_t camera) {
-  CameraSnapshot& shown = next_.cameras[camera];
-  const CameraHold before = shown.hold ? shown.hold->hold : CameraHold::learning;
-  shown.hold = watcher_->report(camera);
-  if (shown.hold->hold != before) {
-    if (auto event = hold_event(shown, before)) events().add(std::move(*event));
-  }
 }
 
 void Pipeline::compare_cameras(const std::vector<RobotView>& views) {

@@ -31,8 +31,9 @@ namespace skylight::service {
 struct NamedCamera {
   std::string id;
   CameraModel model;
-  /// What the model was made from; null: nothing but the model, which is known exactly.
+  /// What the model was made from; null: nothing but the model, which is known as well as the tracker says.
   std::shared_ptr<const CalibrationInUse> calibration{};
+  std::vector<FloorTag> floor_tags{};  ///< by which it may be calibrated by itself
 };
 
 /// A camera's new calibration.
@@ -108,7 +109,6 @@ class Pipeline {
   bool wait_until(Time due);
   void hand_on(Frame frame);
   void take_feeds();
-  void take_hold(std::size_t camera);
   void compare_cameras(const std::vector<RobotView>& views);
   void set_source(SourceState state, const std::string& error);
 

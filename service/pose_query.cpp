@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "service/camera_doubt.hpp"
+
 namespace skylight::service {
 namespace {
 
@@ -139,8 +141,10 @@ Time from_unix_seconds(double seconds) {
   return Time(std::chrono::duration_cast<Duration>(std::chrono::microseconds(std::llround(seconds * 1e6))));
 }
 
-PoseAnswer answer(const Snapshot& snapshot, const RobotSnapshot& robot, const PoseQuery& query,
-                  const QueryContext& context) {
+namespace {
+
+PoseAnswer without_warnings(const Snapshot& snapshot, const RobotSnapshot& robot, const PoseQuery& query,
+                            const QueryContext& context) {
   PoseAnswer out{
       .robot = robot.view.id, .state = robot.view.state, .reason = {}, .last_seen = {}, .pose = {}};
   out.identity_confidence = 1.0 / robot.copies;
@@ -176,6 +180,20 @@ PoseAnswer answer(const Snapshot& snapshot, const RobotSnapshot& robot, const Po
                      seconds_text(unix_seconds(last)));
   } else {
     look_up(snapshot, robot, past, *query.at, out);
+  }
+  return out;
+}
+
+}  // namespace
+
+PoseAnswer answer(const Snapshot& snapshot, const RobotSnapshot& robot, const PoseQuery& query,
+                  const QueryContext& context) {
+  PoseAnswer out = without_warnings(snapshot, robot, query, context);
+  if (!out.pose) return out;
+  for (const std::string& id : out.pose->cameras) {
+    const CameraSnapshot* camera = snapshot.camera(id);
+    std::string warning = camera != nullptr ? warning_of(*camera, out.pose->captured) : "";
+    if (!warning.empty()) out.pose->warnings.push_back(std::move(warning));
   }
   return out;
 }

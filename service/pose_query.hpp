@@ -31,6 +31,7 @@ struct PublishedPose {
   std::vector<std::string> cameras;
   double score = 0.0;
   int heading_turns = 1;
+  std::vector<std::string> warnings{};  ///< why it may be worse than it looks, for people
 };
 
 /// A robot that is searched for or lost is no error: no pose, but state and reason.

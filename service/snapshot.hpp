@@ -8,6 +8,7 @@
 
 #include "service/calibration/in_use.hpp"
 #include "service/camera_agreement.hpp"
+#include "service/floor_tag.hpp"
 #include "service/sources/feed_status.hpp"
 #include "tracker/camera_watch.hpp"
 #include "tracker/tracker.hpp"
@@ -20,6 +21,12 @@ struct RobotSnapshot {
   std::shared_ptr<const RobotSpec> spec;
   RobotView view;
   int copies = 1;  ///< robots that share this one's appearance, itself included
+};
+
+/// Between these frames, both included, a camera hung elsewhere than its calibration says.
+struct MovedSpan {
+  Time from{};
+  Time until = Time::max();
 };
 
 struct CameraSnapshot {
@@ -37,7 +44,10 @@ struct CameraSnapshot {
       agreement{};         ///< with the others that see the same robots; none: there are none
   bool disagrees = false;  ///< as an event has told
   std::optional<CameraWatchReport> hold{};  ///< whether it still hangs as it did; none: it is not watched
-  std::optional<FloorFit> depth{};  ///< how its depth sees the floor; none: it has none, or it is not used
+  std::optional<FloorFit> depth{};     ///< how its depth sees the floor; none: it has none, or it is not used
+  double doubt_rad = 0.0;              ///< how far it counts as turned away from its calibration
+  std::vector<MovedSpan> moved{};      ///< the oldest first
+  std::vector<FloorTag> floor_tags{};  ///< by which it may be calibrated
 };
 
 struct Snapshot {

@@ -41,6 +41,7 @@ Json pose_json(const PublishedPose& pose, const PoseAnswer& answer, Time now) {
           {"source", to_string(pose.source)},
           {"score", number(pose.score)},
           {"cameras", pose.cameras},
+          {"warnings", pose.warnings},
           {"identity_confidence", number(answer.identity_confidence)}};
 }
 

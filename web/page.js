@@ -177,7 +177,11 @@ function poseCells(row, pose) {
 }
 
 function whyText(answer, sinceAnswer) {
-  if (answer.pose) return answer.pose.heading_turns > 1 ? "heading known up to a turn" : "";
+  if (answer.pose) {
+    const doubts = answer.pose.warnings.map((warning) => `\u26a0 ${warning}`);
+    if (answer.pose.heading_turns > 1) doubts.push("heading known up to a turn");
+    return doubts.join("; ");
+  }
   const last = answer.last_seen;
   const ago = last === null ? "never seen" : `last seen ${ageText(answer.published - last + sinceAnswer)} ago`;
   return `${answer.reason}; ${ago}`;

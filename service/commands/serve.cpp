@@ -10,6 +10,7 @@
 #include "service/http/server.hpp"
 #include "service/resources.hpp"
 #include "service/routes/context.hpp"
+#include "service/self_calibration.hpp"
 #include "service/simulator_desk.hpp"
 
 namespace skylight::service {
@@ -126,7 +127,8 @@ int serve(const ServeFlags& flags) {
                              .simulator = &simulator,
                              .posted = posted,
                              .calibration = &calibration,
-                             .guide = &guide};
+                             .guide = &guide,
+                             .floor = config.floor};
   http::Router router;
   add_health_routes(router, context);
   add_robot_routes(router, context);
@@ -136,6 +138,7 @@ int serve(const ServeFlags& flags) {
   add_calibration_routes(router, context);
   add_intrinsics_routes(router, context);
   add_extrinsics_routes(router, context);
+  add_floor_routes(router, context);
   add_frame_routes(router, context);
   add_event_routes(router, context);
   add_odometry_routes(router, context);
@@ -145,6 +148,8 @@ int serve(const ServeFlags& flags) {
   http::Server server(server_options(config.server, warn), std::move(router), page_files());
   server.start();
   pipeline.start();
+  std::optional<SelfCalibration> self_calibration;
+  if (config.camera_watch.recalibrate) self_calibration.emplace(pipeline, calibration);
   std::cout << "Skylight at http://" << config.server.host << ":" << server.port() << "/\n" << std::flush;
   logger->info("{} cameras, {} robots", context.pipeline.snapshot()->cameras.size(), robots);
 
@@ -152,6 +157,7 @@ int serve(const ServeFlags& flags) {
   sigwait(&signals, &signal);
   logger->info("stopping");
   server.stop();
+  self_calibration.reset();
   pipeline.stop();
   return 0;
 }

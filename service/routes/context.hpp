@@ -48,6 +48,7 @@ struct RouteContext {
   PostedCameras posted = {};               ///< cameras whose frames come over HTTP
   CalibrationDesk* calibration = nullptr;  ///< both are there for add_calibration_routes()
   IntrinsicsGuide* guide = nullptr;
+  FloorConfig floor = {};
 };
 
 void add_health_routes(http::Router& router, const RouteContext& context);
@@ -58,6 +59,7 @@ void add_camera_routes(http::Router& router, const RouteContext& context);
 void add_calibration_routes(http::Router& router, const RouteContext& context);
 void add_intrinsics_routes(http::Router& router, const RouteContext& context);
 void add_extrinsics_routes(http::Router& router, const RouteContext& context);
+void add_floor_routes(http::Router& router, const RouteContext& context);
 void add_frame_routes(http::Router& router, const RouteContext& context);
 void add_event_routes(http::Router& router, const RouteContext& context);
 void add_odometry_routes(http::Router& router, const RouteContext& context);

@@ -332,6 +332,20 @@ const std::vector<SimulatedCamera>& SimulatorFrames::cameras() const {
 const std::vector<SimulatedRobot>& SimulatorFrames::robots() const {
   return impl_->robots;
 }
+std::vector<FloorTag> SimulatorFrames::floor_tags() const {
+  std::vector<FloorTag> out;
+  for (const sim::FloorTagSpec& tag : impl_->simulation.scenario().room.floor.tags) {
+    if (tag.family == "Standard41h12") continue;  // robots carry it; no camera is calibrated by it
+    out.push_back({.family = tag.family,
+                   .id = tag.id,
+                   .size_m = tag.size_m,
+                   .x_m = tag.x_m,
+                   .y_m = tag.y_m,
+                   .yaw_deg = tag.yaw_deg,
+                   .place_sigma_m = 0.001});
+  }
+  return out;
+}
 const std::vector<Truth>& SimulatorFrames::truth() const {
   return impl_->truth;
 }

@@ -9,6 +9,7 @@
 
 #include <opencv2/core/types.hpp>
 
+#include "service/floor_tag.hpp"
 #include "service/sources/source.hpp"
 #include "tracker/appearance.hpp"
 #include "tracker/camera.hpp"
@@ -148,6 +149,8 @@ class SimulatorFrames final : public FrameSource {
   Eigen::Vector2d room_m() const;  ///< of the floor, along x and y; the origin of `map` is its middle
   const std::vector<SimulatedCamera>& cameras() const;
   const std::vector<SimulatedRobot>& robots() const;
+  /// Those that lie on the room's floor.
+  std::vector<FloorTag> floor_tags() const;
 
   std::optional<Frame> next() override;
   Time delivered() const override;

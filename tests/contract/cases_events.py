@@ -1,5 +1,8 @@
-"""What took place: numbered events, read from where one was."""
-from fixture import Case
+"""What took place: numbered events, read from where one was; and the floor on which it did."""
+import json
+
+from fixture import HERE, Case, World
+from service import Service
 
 
 class Events(Case):
@@ -44,3 +47,34 @@ class Events(Case):
         page = self.get("listEvents", query={"since": 10 ** 9, "limit": 1000})
         self.assertTrue(page["dropped"])
         self.assertEqual(page["items"][0]["sequence"], page["oldest"])
+
+
+class Floor(Case):
+    @classmethod
+    def setUpClass(cls):
+        mask = {"name": "shelf", "corners_m": [[1.2, -1.2], [1.8, -1.2], [1.8, -0.6]]}
+        cls.own = Service(World.program, str(HERE / "room.json"), [f"floor.masks={json.dumps([mask])}"])
+        cls.mask = mask
+
+    @classmethod
+    def tearDownClass(cls):
+        assert cls.own.stop() == 0, cls.own.log()
+
+    @property
+    def service(self):
+        return self.own
+
+    def test_masks_and_what_cameras_see_of_the_floor_are_shown(self):
+        floor = self.get("getFloor")
+        self.assertEqual(floor["masks"], [self.mask])
+        camera = floor["cameras"][0]
+        self.assertEqual((camera["id"], camera["tags"]), ("ceiling", []))
+        # 3 m above the middle, 460 px focal length, 640 x 480 px: the picture is square to the room.
+        x, y = 319.5 * 3 / 460, 239.5 * 3 / 460
+        for got, want in zip(sorted(camera["view_m"]), sorted(([a * x, b * y] for a in (-1, 0, 1) for b in (-1, 0, 1)
+                                                              if a or b))):
+            self.assertAlmostEqual(got[0], want[0], places=6)
+            self.assertAlmostEqual(got[1], want[1], places=6)
+
+    def test_a_pose_of_a_camera_that_hangs_still_has_no_warnings(self):
+        self.assertEqual(self.pose_of("anna")["pose"]["warnings"], [])

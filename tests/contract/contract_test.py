@@ -9,7 +9,7 @@ import fixture
 from cases_calibration import Calibration
 from cases_description import Description
 from cases_ended import Ended
-from cases_events import Events
+from cases_events import Events, Floor
 from cases_geometry import Geometry
 from cases_live import Live
 from cases_odometry import Odometry
@@ -19,7 +19,7 @@ from cases_robots import Appearances, Cameras, Robots
 from cases_simulator import Simulator
 from cases_together import Health, Together
 
-CASES = (Description, Refusals, Poses, Events, Odometry, Geometry, Robots, Appearances, Cameras, Health, Together, Simulator,
+CASES = (Description, Refusals, Poses, Events, Floor, Odometry, Geometry, Robots, Appearances, Cameras, Health, Together, Simulator,
          Live, Calibration, Ended)
 
 

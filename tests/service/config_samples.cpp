@@ -54,6 +54,10 @@ int main(int argc, char** argv) {
        R"({"robots": [{"id": "r", "tag": {"id": 3, "size_m": 0}}]})",
        R"({"tracker": {"detector": "apriltag"}})",
        R"({"tracker": {"detector": "sift"}})",
+       R"({"floor": {"masks": [{"name": "a", "corners_m": [[0, 0], [1, 0], [0, 1.5]]}]}})",
+       R"({"floor": {"masks": [{"name": "a", "corners_m": [[0, 0], [1, 0]]}]}})",
+       R"({"floor": {"masks": [{"corners_m": [[0, 0], [1, 0], [0, 1]]}]}})",
+       R"({"camera_watch": {"recalibrate": true}})",
        R"({"log": {"level": "error"}})",
        R"({"history": {"max_age_s": 0}})"})});
   std::puts(all.dump().c_str());

@@ -259,6 +259,17 @@ const Refused refused_texts[] = {
      "my.json:2: robots[2].id: \"r\" is the id of robots[0] too"},
     {R"({"robots": [{"id": "r", "filter": {"type": "kalman"}}]})",
      "my.json:1: robots[0].filter.type: \"kalman\" is not one of motion or window"},
+    {R"({"floor": {"masks": [{"name": "a", "corners_m": [[0, 0], [1, 0]]}]}})",
+     "my.json:1: floor.masks[0].corners_m: 2 entries, allowed 3 to 100"},
+    {R"({"floor": {"masks": [{"name": "a", "corners_m": [[0, 0], [1, 1], [1, 0], [0, 1]]}]}})",
+     "my.json:1: floor.masks[0].corners_m[2]: the side from there meets the one from corners[0], allowed: "
+     "sides that do not cross"},
+    {"{\"cameras\": [" + std::string(kCamera).substr(0, std::string(kCamera).size() - 1) +
+         R"(, "floor_tags": [{"id": 1, "size_m": 0.2, "x_m": 0, "y_m": 0},
+            {"id": 1, "size_m": 0.2, "x_m": 1, "y_m": 0}]}]})",
+     "my.json:2: cameras[0].floor_tags[1].id: 36h11 1 is floor_tags[0] too"},
+    {R"({"camera_watch": {"enabled": false, "recalibrate": true}})",
+     "my.json:1: camera_watch.recalibrate: needs cameras to be watched: enabled is false"},
     {R"({"log": {"level": "loud"}})",
      "my.json:1: log.level: \"loud\" is not one of trace, debug, info, warn or error"},
 };

@@ -277,6 +277,47 @@ std::string outcome_of(std::future<void>& change) {
   }
 }
 
+Recalibration calibration(const std::string& camera, const CameraModel& model,
+                          const CameraUncertainty& uncertainty = {}) {
+  return {.camera = camera,
+          .calibration =
+              std::make_shared<const CalibrationInUse>(CalibrationInUse{calibration_of(model, uncertainty)})};
+}
+
+TEST(Pipeline, AnotherCalibrationOfACameraShowsInSnapshotsAndPoses) {
+  Rig rig(small_room(), {robot_of(small_room())});
+  rig.pipeline->start();
+  const auto before = rig.track(6);
+  ASSERT_TRUE(before);
+  EXPECT_TRUE(uncertainty_of(before->cameras[0].calibration->document).covariance.isZero(0.0));
+  CameraParameters by = CameraParameters::Zero();
+  by[kCameraPosition] = 0.004;
+  const CameraModel model = moved(rig.scene.camera(), by);
+  rig.pipeline->recalibrate({calibration("ceiling", model, camera_uncertainty({.position_m = 0.001}))});
+  const auto told = rig.pipeline->snapshot();
+  EXPECT_EQ(told->cameras[0].model->map_from_camera().translation(), model.map_from_camera().translation());
+  EXPECT_EQ(told->cameras[0].calibration->document.sigmas.position_m[0], 0.001);
+  const auto after = rig.track(1);
+  ASSERT_TRUE(after);
+  const Observation& was = *before->robots[0].view.last_measured;
+  const Observation& is = *after->robots[0].view.last_measured;
+  EXPECT_NEAR(is.pose.x - was.pose.x, 0.004, 1e-4);
+  EXPECT_NEAR(is.correlated(0, 0), 1e-6, 2e-7);
+}
+
+TEST(Pipeline, ACalibrationOfNoCameraOrAnotherPictureIsRefused) {
+  Rig rig;
+  rig.pipeline->start();
+  const CameraModel model = rig.scene.camera();
+  EXPECT_THAT([&] { rig.pipeline->recalibrate({calibration("attic", model)}); },
+              testing::ThrowsMessage<std::invalid_argument>(HasSubstr("there is no camera 'attic'")));
+  Intrinsics other = model.intrinsics();
+  other.width_px += 2;
+  EXPECT_THROW(
+      rig.pipeline->recalibrate({calibration("ceiling", CameraModel(other, model.map_from_camera()))}),
+      std::invalid_argument);
+}
+
 TEST(Pipeline, StoppingAnswersEveryPendingChange) {
   Rig rig;
   rig.pipeline->start();

@@ -49,6 +49,22 @@ TEST(PoseQuery, NowIsTheNewestFrameAsTheFilterSeesIt) {
   EXPECT_NEAR(a.pose->estimate.velocity.x, 0.1, 1e-5);
 }
 
+TEST(PoseQuery, APoseOfACameraThatWasMovedSaysSoAlsoLater) {
+  Line line(kFrames);
+  CameraSnapshot& camera = line.snapshot.cameras[0];
+  EXPECT_THAT(ask(line, {}).pose->warnings, IsEmpty());
+  camera.moved = {{.from = Line::at(100), .until = Line::at(200)}};
+  const auto at = [&](int frame) { return ask(line, {.at = Line::at(frame)}).pose->warnings; };
+  EXPECT_THAT(at(99), IsEmpty());
+  EXPECT_THAT(at(100), ElementsAre("camera ceiling was moved"));
+  EXPECT_THAT(at(200), ElementsAre("camera ceiling was moved"));
+  EXPECT_THAT(at(201), IsEmpty());
+  camera.moved.push_back({.from = Line::at(250)});
+  EXPECT_THAT(ask(line, {}).pose->warnings, ElementsAre("camera ceiling was moved"));
+  EXPECT_THAT(ask(line, {.kind = PoseKind::predicted}).pose->warnings,
+              ElementsAre("camera ceiling was moved"));
+}
+
 TEST(PoseQuery, NowMeasuredIsWhatTheNewestFrameShows) {
   const PoseAnswer a = ask(Line(kFrames), {.kind = PoseKind::measured});
   ASSERT_TRUE(a.pose);
