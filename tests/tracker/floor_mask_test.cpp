@@ -55,6 +55,10 @@ TEST(FloorMask, WhatIsNoSimplePolygonIsRefusedNamingTheCorner) {
   EXPECT_THAT(check(mask({{0, 0}, {4, 0}, {4, 2}, {2, 0}, {0, 2}})),
               HasSubstr("meets the one from corners[0]"))
       << "a corner that touches a side";
+  EXPECT_THAT(check(mask({{0, 0}, {2, 2}, {4, 0}, {4, 2}, {0, 2}})),
+              StartsWith("corners[3]: the side from there meets the one from corners[0]"))
+      << "a side that touches a corner";
+  EXPECT_EQ(check(mask({{0, 0}, {1, 0}, {2, 0}, {2, 2}})), "") << "a corner on a straight side";
 }
 
 TEST(FloorMask, APartOfAPictureIsMaskedWhereAllOfItsEdgeIs) {
@@ -65,6 +69,18 @@ TEST(FloorMask, APartOfAPictureIsMaskedWhereAllOfItsEdgeIs) {
   EXPECT_FALSE(any_covers(left, camera, {0, 0, 330, 200}, 0.1)) << "reaches over the middle";
   EXPECT_FALSE(any_covers(left, camera, {400, 0, 100, 100}, 0.1));
   EXPECT_FALSE(any_covers({}, camera, {0, 0, 100, 100}, 0.1));
+  // A slit of 0.1 m, 17 px, reaches from one side of the mask into the part: its four corners are covered.
+  const cv::Rect part(100, 100, 200, 200);
+  const Eigen::Vector2d middle = camera.plane_from_pixel({200, 200}, 0.1).value();
+  EXPECT_TRUE(any_covers({rectangle(-5, -5, 5, 5)}, camera, part, 0.1));
+  for (int side = 0; side < 4; ++side) {
+    std::vector<Eigen::Vector2d> corners{{-5, -5},    {5, -5},   {5, -0.05}, {0.2, -0.05},
+                                         {0.2, 0.05}, {5, 0.05}, {5, 5},     {-5, 5}};
+    for (Eigen::Vector2d& corner : corners)
+      corner = middle + Eigen::Rotation2Dd(side * 0.5 * std::numbers::pi) * corner;
+    ASSERT_EQ(check(mask(corners)), "");
+    EXPECT_FALSE(any_covers({mask(corners)}, camera, part, 0.1)) << side;
+  }
 }
 
 TEST(FloorMask, TheSweepSkipsItsShareOfTheTiles) {
