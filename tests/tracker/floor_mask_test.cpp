@@ -136,6 +136,22 @@ TEST(FloorMask, APosterOfTheRobotNeverBecomesAPose) {
   EXPECT_GT(frames_until_found(scene, {rectangle(-1, -1, 1.5, 1.2)}, all_tiles), all_tiles);
 }
 
+TEST(FloorMask, NorDoesItWhereTheWholePictureIsMatchedAtOnce) {
+  test::FlatScene scene;
+  scene.pictures = {{.image = test::corner_picture(41, 350), .height_m = 0.2, .pose = {0.8, 0.5, 0.4}}};
+  for (const bool masked : {false, true}) {
+    TrackerConfig config;
+    if (masked) config.floor_masks = {rectangle(0.7, 0.4, 0.9, 0.6)};
+    Tracker tracker({scene.camera()}, config);
+    tracker.add({.id = "anna",
+                 .appearance = test::appearance_of(scene.pictures[0]),
+                 .detector = DetectorKind::homography});
+    const RobotReport report = tracker.process(scene.render()).at(0);
+    EXPECT_EQ(report.measured.has_value(), !masked) << report.reason;
+    EXPECT_EQ(report.reason.find("where the floor is masked") != std::string::npos, masked) << report.reason;
+  }
+}
+
 TEST(FloorMask, TheRobotItselfIsFoundBesideItsPosterAndSooner) {
   test::FlatScene scene;
   scene.floor_speckle = 300;

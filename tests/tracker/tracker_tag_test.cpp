@@ -85,6 +85,21 @@ TEST(TrackerTags, ARobotWithATagAloneIsSearchedForAndFollowed) {
   EXPECT_EQ(tracker.views()[0].state, TrackState::tracking);
 }
 
+TEST(TrackerTags, ATagWhereTheFloorIsMaskedIsNoRobot) {
+  const test::FlatScene scene = scene_of({{.image = with_tag(bare(), 7), .pose = {0.2, -0.3, 0.7}}});
+  TrackerConfig config;
+  config.floor_masks = {{.name = "shelf", .corners = {{0.1, -0.4}, {0.3, -0.4}, {0.3, -0.2}, {0.1, -0.2}}}};
+  Tracker tracker({scene.camera()}, config);
+  tracker.add({.id = "anna", .tag = tag_spec(7), .detector = DetectorKind::apriltag});
+  std::string reason;
+  for (int i = 0; i < 4; ++i) {  // more than all tiles
+    const auto reports = tracker.process(scene.render(at_frame(i)));
+    EXPECT_FALSE(reports[0].measured) << i;
+    reason += reports[0].reason;
+  }
+  EXPECT_THAT(reason, testing::HasSubstr("its tag lies where the floor is masked"));
+}
+
 TEST(TrackerTags, AMountedTagTellsWhereBaseLinkIs) {
   test::FlatScene scene = scene_of({{.image = with_tag(bare(), 7), .pose = {0.2, -0.3, 0.7}}});
   TagSpec tag = tag_spec(7);
