@@ -56,6 +56,7 @@ void Tracker::Impl::detect(Track& track, const Frame& frame,
   track.observed.reset();
   track.searched = false;
   track.covered = false;
+  track.held = false;
   track.reason = {};
   if (track.homography) {
     const auto& scene = features.at(track.homography->config().features);
@@ -126,7 +127,7 @@ void Tracker::Impl::search(const Frame& frame) {
       static_cast<std::size_t>(nobody ? config.search.first_steps_per_frame : config.search.steps_per_frame);
   for (std::size_t step = 0; step < steps; ++step) {
     Track& track = *waiting[search_turn++ % waiting.size()];
-    if (!track.observed) search_step(track, frame);
+    if (!track.observed && !track.held) search_step(track, frame);
   }
 }
 
@@ -147,7 +148,7 @@ void Tracker::Impl::search_step(Track& track, const Frame& frame) const {
     return !any_covers(config.floor_masks, place);
   };
   track.observed = track.of_robot(track.orb->find_in(frame, camera, *tile, height, allowed));
-  refuse_wrong_height(track, frame);
+  check_height(track, frame);
 }
 
 // Two robots cannot stand in one place: whose tag is there has it, else who was tracked there, else who fits
@@ -182,6 +183,7 @@ Covariance3 Tracker::Impl::correlated(const Track& track, const Frame& frame) co
 
 RobotReport Tracker::Impl::update(Track& track, const Frame& frame) const {
   if (track.observed) {
+    track.reason = {};
     track.observed->correlated = correlated(track, frame);
     if (track.searched) track.sweep.restart();
     if (track.observed->source == PoseSource::apriltag) {
@@ -192,6 +194,7 @@ RobotReport Tracker::Impl::update(Track& track, const Frame& frame) const {
     }
     track.prior.observe(*track.observed);
     track.last_measured = track.observed;
+    track.may_be = Estimate{.pose = track.observed->pose, .covariance = track.observed->covariance};
   }
   RobotReport report{.id = track.spec.id, .reason = track.reason, .measured = track.observed};
   if (another_camera_sees(track, frame)) {
@@ -308,6 +311,7 @@ bool Tracker::change(const RobotSpec& spec) {
   changed->prior = track->prior;
   changed->last_measured = track->last_measured;
   changed->last_accepted = track->last_accepted;
+  changed->may_be = track->may_be;
   changed->state = track->state;
   changed->reason = track->reason;
   if (spec.appearance == track->spec.appearance) changed->measured_height = track->measured_height;

@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::string_view kWrongHeight =
     "what looked like it is not at its height above the floor: no robot, or its height is set wrong";
+constexpr std::string_view kHeightNotClear =
+    "something that looks like it is seen: whether it is as high as the robot is not clear yet";
 constexpr std::string_view kCovered = "covered: something higher than it is seen where it is expected";
 constexpr std::string_view kLeft = "not where it was expected: the floor is seen there; searched for";
 constexpr std::size_t kBlobsThenTile = 3;    // steps of a search: two at blobs, then a tile
@@ -33,51 +35,65 @@ void Tracker::Impl::learn_floor(const Frame& frame) {
   if (here->floor.fit().known) depth = here.get();
 }
 
-// An observation at a place where depth shows another height is none.
-void Tracker::Impl::refuse_wrong_height(Track& track, const Frame& frame) const {
+// An observation at a place where depth shows another height is none. What was not followed there before is
+// held back until its height is clear, and meanwhile followed.
+void Tracker::Impl::check_height(Track& track, const Frame& frame) const {
   if (depth == nullptr || !track.observed || track.homography) return;  // the baseline is left as it is
   const bool by_tag = track.observed->source == PoseSource::apriltag;
   const Surface& surface = by_tag ? track.tag_surface : track.surface;
+  const Eigen::Vector2d place = track.observed->pose.position();
+  const double within = 0.5 * seen_size_m(track.spec).minCoeff();  // nothing else can stand so near
+  const bool followed = track.expected && (place - track.expected->pose.position()).norm() <= within;
+  if (!followed) track.height_check = {};
+  track.held = false;
   const SurfaceLook look = look_at(depth->floor, frame.depth, surface, track.observed->pose);
   if (!tells(look)) return;
-  if (at_wrong_height(look, surface.height_m, config.depth)) {
-    track.observed.reset();
-    track.reason = kWrongHeight;
-  } else if (!by_tag || !track.spec.appearance) {
-    track.measured_height.add(look, depth->floor.fit().uneven_m);
+  const HeightCheck::Answer answer = track.height_check.add(look, surface.height_m, depth->floor);
+  if (answer == HeightCheck::Answer::right) {
+    if (!by_tag || !track.spec.appearance) track.measured_height.add(look, depth->floor.fit().uneven_m);
+    return;
   }
+  track.held = answer == HeightCheck::Answer::open;
+  track.reason = track.held ? kHeightNotClear : kWrongHeight;
+  if (track.held) {
+    track.prior.observe(*track.observed);
+  } else if (followed && !track.height_check.passed()) {
+    forget_place(track);
+  }
+  track.observed.reset();
+}
+
+void Tracker::Impl::forget_place(Track& track) {
+  track.prior.forget();
+  track.heading.forget();
 }
 
 // What was found where it was expected is judged. Where it was not found, and the floor is seen in its place,
 // there is no need to wait until it is searched for.
 void Tracker::Impl::notice_leaving(Track& track, const Frame& frame) const {
-  refuse_wrong_height(track, frame);
-  if (track.observed || !track.expected || track.homography || another_camera_sees(track, frame)) return;
+  check_height(track, frame);
+  if (track.observed || track.held || !track.expected || track.homography ||
+      another_camera_sees(track, frame))
+    return;
   if (!empty(look_at(depth->floor, frame.depth, track.surface, track.expected->pose))) return;
   track.expected.reset();
-  track.prior.forget();
-  track.heading.forget();
+  forget_place(track);
   track.searched = true;
   track.reason = kLeft;
 }
 
-// It is expected where its filter carries it, as long as that knows; then where it was thought to be last.
+// It may be where its filter carries it, as long as that knows; then where it was thought to be last. Where
+// the floor is seen at all such places it is gone, and nothing that these spread to later hides it.
 void Tracker::Impl::look_for_cover(Track& track, const Frame& frame) const {
-  if (track.observed) {
-    track.covered_at.reset();
-    return;
-  }
+  if (track.observed || !track.may_be) return;
   const auto carried = track.filter->predict(frame.captured);
-  if (carried && carried->covariance.topLeftCorner<2, 2>().trace() < kWellKnown * kWellKnown) {
-    track.covered_at = carried->pose;
-  } else if (!track.covered_at && track.expected) {
-    track.covered_at = track.expected->pose;
-  }
-  if (!track.covered_at) return;
-  const SurfaceLook look = look_at(depth->floor, frame.depth, track.surface, *track.covered_at);
-  track.covered = skylight::covered(look, config.depth);
+  if (carried && carried->covariance.topLeftCorner<2, 2>().trace() < kWellKnown * kWellKnown)
+    track.may_be = carried;
+  const Whereabouts seen = whereabouts(depth->floor, frame.depth, track.surface, track.may_be->pose,
+                                       track.may_be->covariance.topLeftCorner<2, 2>());
+  if (gone(seen)) track.may_be.reset();
+  track.covered = skylight::covered(seen);
   if (track.covered) track.reason = kCovered;
-  if (empty(look)) track.covered_at.reset();
 }
 
 // Blobs of the robot's height and size on which no robot was seen in this frame.
@@ -111,12 +127,12 @@ bool Tracker::Impl::search_blobs(Track& track, const Frame& frame) const {
   const auto allowed = [this](const Eigen::Vector2d& place) {
     return !any_covers(config.floor_masks, place);
   };
-  for (std::size_t i = 0; i < blobs.size() && room_px > 0 && !track.observed; ++i) {
+  for (std::size_t i = 0; i < blobs.size() && room_px > 0 && !track.observed && !track.held; ++i) {
     const Blob& blob = blobs[track.blob_turn++ % blobs.size()];
     room_px -= blob.part_px.area();
     track.observed = track.of_robot(
         track.orb->find_in(frame, cameras[frame.camera], blob.part_px, track.surface_height_m(), allowed));
-    refuse_wrong_height(track, frame);
+    check_height(track, frame);
   }
   return !blobs.empty();
 }

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "tracker/depth/blobs.hpp"
+#include "tracker/depth/height_check.hpp"
+#include "tracker/depth/whereabouts.hpp"
 #include "tracker/heading.hpp"
 #include "tracker/mounting.hpp"
 #include "tracker/search.hpp"
@@ -79,14 +81,16 @@ struct Track {
   Surface surface;  ///< what depth is asked for: of its picture, else of its tag
   Surface tag_surface;
   SurfaceHeight measured_height;
-  std::optional<Pose2> covered_at;  ///< where it was when something came over it, or is thought to be since
-  std::size_t search_steps = 0;     ///< whose turn: blobs or a tile
-  std::size_t blob_turn = 0;        ///< which of the blobs is looked at first
+  HeightCheck height_check;        ///< of what is seen in its place since that looked like it
+  std::optional<Estimate> may_be;  ///< where it was seen or thought to be last; none: gone from there
+  std::size_t search_steps = 0;    ///< whose turn: blobs or a tile
+  std::size_t blob_turn = 0;       ///< which of the blobs is looked at first
 
   // Of the frame at hand.
   std::optional<Prior> expected;
   std::optional<Observation> observed;
   bool searched = false;  ///< observed (or not) by the whole-floor search
+  bool held = false;      ///< something looks like it of which the height is not clear yet
   std::string_view reason;
   TrackState state = TrackState::searching;
   bool covered = false;
@@ -122,7 +126,8 @@ struct Tracker::Impl {
   void search(const Frame& frame);
   void search_step(Track& track, const Frame& frame) const;
   void learn_floor(const Frame& frame);
-  void refuse_wrong_height(Track& track, const Frame& frame) const;
+  void check_height(Track& track, const Frame& frame) const;
+  static void forget_place(Track& track);
   void notice_leaving(Track& track, const Frame& frame) const;
   void look_for_cover(Track& track, const Frame& frame) const;
   std::vector<Blob> free_blobs(const Track& track, const Frame& frame) const;

@@ -150,7 +150,7 @@ void Tracker::Impl::take_tag(Track& track, const FoundTag& found, const Frame& f
   track.observed = seen.observation;
   track.reason = {};
   track.unconfirmed = false;
-  refuse_wrong_height(track, frame);
+  check_height(track, frame);
 }
 
 void Tracker::Impl::choose_families() {
