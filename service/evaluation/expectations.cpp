@@ -59,6 +59,11 @@ Judgement judge_one(const Expected& expected, const RunScore& run) {
   return worst;
 }
 
+std::string none_of(const std::string& figure) {
+  if (figure == "hidden_told") return "none: it was never hidden";
+  return "none: no pose";
+}
+
 std::string number(double value) {
   char out[40];
   std::snprintf(out, sizeof out, "%.6g", value);
@@ -75,6 +80,15 @@ std::optional<double> robot_figure(const std::string& figure, const RobotScore& 
   if (figure == "confident_wrong" && (score.confident_wrong > 0 || p.count > 0))
     return static_cast<double>(score.confident_wrong);
   if (score.frames == 0) return std::nullopt;
+  if (figure == "find_mean_s" || figure == "find_worst_s") {
+    if (score.never_found > 0) return std::numeric_limits<double>::infinity();
+    if (score.finds == 0) return std::nullopt;
+    return figure == "find_mean_s" ? score.find_mean_s : score.find_worst_s;
+  }
+  if (figure == "hidden_told") {
+    if (score.hidden == 0) return std::nullopt;
+    return static_cast<double>(score.hidden_told) / static_cast<double>(score.hidden);
+  }
   if (figure == "availability") return score.availability;
   if (figure == "measured") return score.measured;
   if (figure == "usable") return score.usable;
@@ -101,7 +115,7 @@ std::string judgement_line(const Judgement& judgement) {
   line += expected.figure;
   if (!judgement.robot.empty()) line += " of " + judgement.robot;
   line += " (" + std::string(skylight::to_string(expected.kind)) +
-          "): " + (judgement.value ? number(*judgement.value) : "none: no pose") + ",";
+          "): " + (judgement.value ? number(*judgement.value) : none_of(expected.figure)) + ",";
   if (expected.at_least) line += " at least " + number(*expected.at_least);
   if (expected.at_least && expected.at_most) line += " and";
   if (expected.at_most) line += " at most " + number(*expected.at_most);

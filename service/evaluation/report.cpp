@@ -48,8 +48,10 @@ Json robot_json(const std::string& id, const RobotScore& s) {
 
 Json robots_json(const RunScore& run, const KindScore& kind) {
   Json robots = Json::array();
-  for (std::size_t i = 0; i < run.robots.size(); ++i)
+  for (std::size_t i = 0; i < run.robots.size(); ++i) {
     robots.push_back(robot_json(run.robots[i].id, kind.robots[i].score()));
+    robots.back()["registered"] = run.robots[i].registered;
+  }
   return robots;
 }
 
@@ -102,12 +104,13 @@ void print_head(const Json& entry) {
               "usable", "wrong", "NEES", "95 %", "ms");
 }
 
-// Over all robots: how long they were looked for, and what was said while they were hidden.
+// Over all robots that are tracked: how long they were looked for, and what was said while they were hidden.
 void print_finding(const Json& entry, const std::string& left) {
   std::array<std::size_t, 5> sum{};  // found, never, hidden, wrong, told
   double seconds = 0.0;
   double worst = 0.0;
   for (const Json& robot : entry["robots"]) {
+    if (!robot["registered"].get<bool>()) continue;
     const Json& find = robot["find"];
     const Json& hidden = robot["hidden"];
     const auto count = find["count"].get<std::size_t>();

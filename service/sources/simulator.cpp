@@ -69,6 +69,12 @@ std::string_view word_of(sim::Figure figure) {
       return "confident_wrong";
     case Figure::nees_mean:
       return "nees_mean";
+    case Figure::find_mean_s:
+      return "find_mean_s";
+    case Figure::find_worst_s:
+      return "find_worst_s";
+    case Figure::hidden_told:
+      return "hidden_told";
     case Figure::id_switches:
       return "id_switches";
     case Figure::idf1:

@@ -32,6 +32,9 @@ enum class Figure : std::uint8_t {
   usable,
   confident_wrong,
   nees_mean,
+  find_mean_s,  ///< from when it came (back) into view until it was tracked; endless where it once was not
+  find_worst_s,
+  hidden_told,  ///< share of the frames in which it was hidden and the state said `occluded`
   id_switches,  ///< of all robots together, as the next two
   idf1,
   mota,

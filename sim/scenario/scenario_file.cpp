@@ -22,24 +22,30 @@ settings::Rules id_rules(std::string_view help, bool required) {
 
 void describe(Fields& fields, Expectation& expectation) {
   fields.about("What a run must come to, so that the scenario is a test.");
-  fields.choice("figure", expectation.figure,
-                {{"mean_error_m", Figure::mean_error_m},
-                 {"p95_error_m", Figure::p95_error_m},
-                 {"p99_error_m", Figure::p99_error_m},
-                 {"max_error_m", Figure::max_error_m},
-                 {"mean_yaw_error_deg", Figure::mean_yaw_error_deg},
-                 {"max_yaw_error_deg", Figure::max_yaw_error_deg},
-                 {"availability", Figure::availability},
-                 {"measured", Figure::measured},
-                 {"usable", Figure::usable},
-                 {"confident_wrong", Figure::confident_wrong},
-                 {"nees_mean", Figure::nees_mean},
-                 {"id_switches", Figure::id_switches},
-                 {"idf1", Figure::idf1},
-                 {"mota", Figure::mota}},
-                {.required = true,
-                 .help = "What is measured; errors against the truth, shares of all frames from 1 s after "
-                         "the robot came into view."});
+  fields.choice(
+      "figure", expectation.figure,
+      {{"mean_error_m", Figure::mean_error_m},
+       {"p95_error_m", Figure::p95_error_m},
+       {"p99_error_m", Figure::p99_error_m},
+       {"max_error_m", Figure::max_error_m},
+       {"mean_yaw_error_deg", Figure::mean_yaw_error_deg},
+       {"max_yaw_error_deg", Figure::max_yaw_error_deg},
+       {"availability", Figure::availability},
+       {"measured", Figure::measured},
+       {"usable", Figure::usable},
+       {"confident_wrong", Figure::confident_wrong},
+       {"nees_mean", Figure::nees_mean},
+       {"find_mean_s", Figure::find_mean_s},
+       {"find_worst_s", Figure::find_worst_s},
+       {"hidden_told", Figure::hidden_told},
+       {"id_switches", Figure::id_switches},
+       {"idf1", Figure::idf1},
+       {"mota", Figure::mota}},
+      {.required = true,
+       .help = "What is measured; errors against the truth, shares of all frames from 1 s after "
+               "the robot came into view; find_mean_s and find_worst_s: how long it took from when it "
+               "came (back) into view until it was tracked; hidden_told: share of the frames in which "
+               "it was hidden whose state said occluded."});
   fields.field("robot", expectation.robot, {.max_length = 64, .help = "Absent: each of them."});
   fields.field("kind", expectation.kind,
                {.pattern = "^(measured|filtered|smoothed|predicted)$",

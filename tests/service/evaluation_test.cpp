@@ -176,6 +176,53 @@ TEST(Expectations, AWrongPoseOfTheFirstSecondIsAPoseThatCounts) {
   EXPECT_EQ(judged[0].value, 1.0);
 }
 
+// Seen from the first instant; found after 0.2 s and, once it was hidden for four frames, after 0.3 s more.
+RunScore of_a_robot_that_was_hidden() {
+  RunScore run = worked_out();
+  RobotMetrics metrics;
+  for (int i = 0; i < 20; ++i) {
+    const bool hidden = i >= 10 && i < 14;
+    const bool tracked = (i >= 2 && i < 10) || i >= 17;
+    ScoredFrame frame{.captured = Time{std::chrono::milliseconds(100 * i)}, .truth = {}, .covariance = {}};
+    frame.visible = hidden ? 0.0 : 1.0;
+    if (tracked) frame.estimate = Pose2{};
+    frame.state = tracked ? TrackState::tracking : TrackState::predicting;
+    if (hidden && i > 10) frame.state = TrackState::occluded;
+    metrics.add(frame);
+  }
+  run.kinds[0].robots[0] = metrics;
+  return run;
+}
+
+TEST(Expectations, TellHowLongARobotWasLookedForAndWhetherItWasSaidToBeHidden) {
+  const auto judged = judge({at_most("find_mean_s", 0.25, "a"),
+                             at_most("find_worst_s", 0.3, "a"),
+                             at_most("find_worst_s", 0.29, "a"),
+                             {.figure = "hidden_told", .robot = "a", .at_most = {}, .at_least = 0.75},
+                             {.figure = "hidden_told", .robot = "b", .at_most = {}, .at_least = 0.0}},
+                            of_a_robot_that_was_hidden());
+  EXPECT_TRUE(judged[0].kept);
+  EXPECT_NEAR(*judged[0].value, 0.25, 1e-9);
+  EXPECT_TRUE(judged[1].kept);
+  EXPECT_NEAR(*judged[1].value, 0.3, 1e-9);
+  EXPECT_FALSE(judged[2].kept);
+  EXPECT_TRUE(judged[3].kept);
+  EXPECT_DOUBLE_EQ(*judged[3].value, 0.75);
+  EXPECT_FALSE(judged[4].kept) << "nothing to say it of";
+  EXPECT_THAT(judgement_line(judged[4]), HasSubstr("never hidden"));
+}
+
+TEST(Expectations, WhoOnceWasNotFoundTookForEver) {
+  RunScore run = of_a_robot_that_was_hidden();
+  run.kinds[0].robots[0].add(
+      {.captured = Time{std::chrono::seconds(3)}, .truth = {.x = 2.0}, .covariance = {}});  // carried there
+  for (const char* figure : {"find_mean_s", "find_worst_s"}) {
+    const auto judged = judge({at_most(figure, 1e6, "a")}, run);
+    EXPECT_FALSE(judged[0].kept) << figure;
+    EXPECT_THAT(judgement_line(judged[0]), HasSubstr(": inf, at most")) << figure;
+  }
+}
+
 TEST(Expectations, AnglesAreInDegreesAndCommonFiguresOfAll) {
   const auto judged = judge({at_most("max_yaw_error_deg", 1), at_most("id_switches", 0)}, worked_out());
   EXPECT_NEAR(*judged[0].value, 0.01 * 180 / std::numbers::pi, 1e-12);
