@@ -5,7 +5,6 @@
 #include <cstdio>
 
 #include "service/pipeline.hpp"
-#include "settings/document.hpp"
 
 namespace skylight::service {
 namespace {
@@ -103,18 +102,10 @@ std::vector<CalibrationKept> CalibrationDesk::change(const std::vector<Calibrati
 std::vector<NumberedCalibration> CalibrationDesk::versions(const std::string& camera) const {
   const auto snapshot = pipeline_.snapshot();
   const CalibrationInUse& in_use = *camera_of(*snapshot, camera).calibration;
+  if (!in_use.file.empty()) return read_versions(in_use.file);
   std::vector<NumberedCalibration> out;
-  if (in_use.file.empty()) {
-    for (const CalibrationFile& earlier : in_use.earlier)
-      out.push_back({static_cast<int>(out.size()) + 1, earlier});
-  } else {
-    for (const CalibrationVersion& version : calibration_versions(in_use.file)) {
-      try {
-        out.push_back({version.number, read_calibration(version.file)});
-      } catch (const settings::Error&) {  // somebody edited it, and it is no calibration any more
-      }
-    }
-  }
+  for (const CalibrationFile& earlier : in_use.earlier)
+    out.push_back({static_cast<int>(out.size()) + 1, earlier});
   return out;
 }
 

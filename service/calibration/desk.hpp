@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "service/calibration/documents.hpp"
 #include "service/calibration/in_use.hpp"
 
 namespace skylight::service {
@@ -46,11 +47,6 @@ struct CalibrationKept {
   int version = 0;      ///< as which the one before is kept
 };
 
-struct NumberedCalibration {
-  int number = 0;
-  CalibrationFile document;
-};
-
 /// From any thread; changes go one after the other.
 class CalibrationDesk {
  public:
@@ -62,8 +58,8 @@ class CalibrationDesk {
   /// CalibrationChanged, CalibrationNotStored, std::runtime_error (the service is stopping).
   std::vector<CalibrationKept> change(const std::vector<CalibrationChange>& changes);
 
-  /// What was in use before, the oldest first, without files that are no calibration (any more). Throws
-  /// NoSuchCalibration (no such camera).
+  /// What was in use before, the oldest first (of a file: read_versions()). Throws NoSuchCalibration (no such
+  /// camera).
   std::vector<NumberedCalibration> versions(const std::string& camera) const;
   /// Throws too where the version is not there.
   CalibrationFile version(const std::string& camera, int number) const;

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <ctime>
 
+#include "settings/document.hpp"
+
 namespace skylight::service {
 
 std::string utc_text(Time at) {
@@ -47,14 +49,26 @@ void set_extrinsics(CalibrationFile& document, const calibration::CameraResult& 
   document.extrinsics_made = std::move(step);
 }
 
+std::vector<NumberedCalibration> read_versions(const std::filesystem::path& file) {
+  std::vector<NumberedCalibration> out;
+  for (const CalibrationVersion& version : calibration_versions(file)) {
+    try {
+      out.push_back({version.number, read_calibration(version.file)});
+    } catch (const settings::Error&) {  // no calibration any more
+    }
+  }
+  return out;
+}
+
 std::optional<CalibrationFile> before_extrinsics(const CalibrationFile& now,
-                                                 const std::vector<CalibrationFile>& versions) {
+                                                 const std::vector<NumberedCalibration>& versions) {
   if (!now.extrinsics_made) return now;
   const auto made = [](const CalibrationFile& file) {
     return file.intrinsics_made ? file.intrinsics_made->made : std::string();
   };
   for (auto earlier = versions.rbegin(); earlier != versions.rend(); ++earlier) {
-    if (!earlier->extrinsics_made && made(*earlier) == made(now)) return *earlier;
+    const CalibrationFile& document = earlier->document;
+    if (!document.extrinsics_made && made(document) == made(now)) return document;
   }
   return std::nullopt;
 }

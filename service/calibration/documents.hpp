@@ -1,6 +1,7 @@
 // What a calibration found out, as the document that is kept of it.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,10 +23,18 @@ void set_intrinsics(CalibrationFile& document, const calibration::IntrinsicsResu
 /// Of an extrinsics calibration: pose, the lens as far as it was refined, uncertainty, what it was made from.
 void set_extrinsics(CalibrationFile& document, const calibration::CameraResult& result, CalibrationStep step);
 
+struct NumberedCalibration {
+  int number = 0;
+  CalibrationFile document;
+};
+/// The versions that are kept of a file, the oldest first, without those that somebody edited until they were
+/// no calibration any more.
+std::vector<NumberedCalibration> read_versions(const std::filesystem::path& file);
+
 /// The intrinsics as their own pictures gave them, among the versions before `now` (the oldest first): points
 /// of an earlier extrinsics calibration, perhaps the same, are not to count twice. `now` itself where it has
 /// none; none where that version is lost.
 std::optional<CalibrationFile> before_extrinsics(const CalibrationFile& now,
-                                                 const std::vector<CalibrationFile>& versions);
+                                                 const std::vector<NumberedCalibration>& versions);
 
 }  // namespace skylight::service

@@ -1,6 +1,6 @@
 // Guided intrinsics calibrations: somebody moves a board before a live camera and is told which views are
-// taken, and which are missing. On a thread of its own: to look for a board takes a tenth of a second, the
-// fit at the end some seconds, and neither tracking nor any request waits for that.
+// taken, and which are missing. On a thread of its own: neither tracking nor any request waits until a board
+// is found in a frame, or for the fit at the end.
 #pragma once
 
 #include <condition_variable>

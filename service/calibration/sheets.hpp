@@ -20,11 +20,11 @@ namespace skylight::service {
 /// A tag: where its middle lies, on its sheet or in `map`, and where its right side points.
 struct SheetTag {
   std::string family = "36h11";  ///< 36h11, 25h9, 16h5, or a dictionary of dictionary_names()
-  int id = 0;
+  int id = 0;                    ///< 0 to 100000
   double x_m = 0.0;
   double y_m = 0.0;
   double yaw_deg = 0.0;
-  double size_m = 0.0;  ///< outer edge of the black border
+  double size_m = 0.0;  ///< outer edge of the black border, 0.005 to 10
 };
 
 /// Where a sheet lies in `map`, and how well that was measured.

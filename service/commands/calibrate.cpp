@@ -157,9 +157,15 @@ int restore(const RestoreFlags& flags) {
     return 0;
   }
   for (const CalibrationVersion& version : calibration_versions(flags.file)) {
-    const CalibrationFile file = read_calibration(version.file);
-    const auto& step = file.extrinsics_made ? file.extrinsics_made : file.intrinsics_made;
-    std::printf("%d\t%s\t%s\n", version.number, version.file.c_str(), step ? step->made.c_str() : "");
+    std::string told;
+    try {
+      const CalibrationFile file = read_calibration(version.file);
+      const auto& step = file.extrinsics_made ? file.extrinsics_made : file.intrinsics_made;
+      told = step ? step->made : "";
+    } catch (const settings::Error& error) {  // of somebody who edited it
+      told = std::string("is no calibration: ") + error.what();
+    }
+    std::printf("%d\t%s\t%s\n", version.number, version.file.c_str(), told.c_str());
   }
   return 0;
 }

@@ -110,10 +110,7 @@ CameraArgument camera_argument(const ExtrinsicsFlags& flags, const std::string& 
 /// The lens as it was before an earlier extrinsics calibration refined it.
 CalibrationFile lens_of(const fs::path& path) {
   CalibrationFile now = read_calibration(path);
-  std::vector<CalibrationFile> versions;
-  for (const CalibrationVersion& version : calibration_versions(path))
-    versions.push_back(read_calibration(version.file));
-  if (auto earlier = before_extrinsics(now, versions)) return *earlier;
+  if (auto earlier = before_extrinsics(now, read_versions(path))) return *earlier;
   std::fprintf(
       stderr,
       "%s: its intrinsics were refined by an earlier extrinsics calibration, and no version from before is "

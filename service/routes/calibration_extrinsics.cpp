@@ -138,11 +138,8 @@ Begun begin(const RouteContext& context, const std::vector<std::string>& ids) {
     if (std::find(begun.cameras.begin(), begun.cameras.end(), camera) != begun.cameras.end())
       throw http::Problem(422, "The body is refused", "body: cameras: '" + id + "' is named twice");
     const CalibrationFile& now = camera->calibration->document;
-    std::vector<CalibrationFile> earlier;
-    change_calibration([&] {
-      for (NumberedCalibration& version : context.calibration->versions(id))
-        earlier.push_back(std::move(version.document));
-    });
+    std::vector<NumberedCalibration> earlier;
+    change_calibration([&] { earlier = context.calibration->versions(id); });
     const auto lens = before_extrinsics(now, earlier);
     if (!lens)
       begun.notes.push_back(id +

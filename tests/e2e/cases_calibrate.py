@@ -30,6 +30,12 @@ class Calibrate(Case):
         self.assertAlmostEqual(json.loads(lens.read_text())["map_from_camera"]["position_m"][1], 1, delta=1e-3)
         self.assertEqual(run("calibrate", "restore", lens, "--version", 1)[2], 0)
         self.assertNotIn("map_from_camera", json.loads(lens.read_text()))
+        # One that somebody spoilt is told of, and in nobody's way.
+        lens.with_suffix(".2.json").write_text("{}")
+        out, err, code = run("calibrate", "restore", lens, "--list")
+        self.assertEqual((err, code), ("", 0))
+        self.assertRegex(out, r"(?m)^2\t.*is no calibration: .*format")
+        self.assertEqual(run("calibrate", "extrinsics", "--camera", lens, "--points", self.points("p.csv"))[2], 0)
 
     # OpenCV's dictionary 4x4_50, row by row from the top left, 1 is white.
     MARKERS = {0: "1011010100110010", 1: "0000111110011010", 2: "0011001100101101", 3: "1001100101000110"}
