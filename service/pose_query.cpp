@@ -124,7 +124,9 @@ bool stale(const Snapshot& snapshot, const RobotSnapshot& robot, const QueryCont
   const Duration age = context.now - robot.view.history.newest().captured;
   if (age <= context.horizon) return false;
   out.state = TrackState::lost;
-  out.reason = "the newest frame is " + seconds_text(to_seconds(age)) + " s old";
+  char text[80];
+  std::snprintf(text, sizeof text, "the newest frame is %.1f s old", to_seconds(age));
+  out.reason = text;
   if (snapshot.source == SourceState::ended) out.reason += ": the source has ended";
   if (snapshot.source == SourceState::failed) out.reason += ": " + snapshot.source_error;
   return true;

@@ -241,7 +241,7 @@ TEST(PoseQuery, NothingStaleLooksFresh) {
     const PoseAnswer a = ask(line, {.kind = kind}, milliseconds(2100));
     EXPECT_FALSE(a.pose) << to_string(kind);
     EXPECT_EQ(a.state, TrackState::lost);
-    EXPECT_EQ(a.reason, "the newest frame is 2.100000 s old");
+    EXPECT_EQ(a.reason, "the newest frame is 2.1 s old");
     EXPECT_EQ(a.last_seen, line.newest);
   }
   line.snapshot.source = SourceState::ended;
