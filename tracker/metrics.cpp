@@ -79,7 +79,7 @@ void RobotMetrics::add(const ScoredFrame& frame) {
   yaw_errors_.push_back(std::abs(yaw_error));
   if (frame.covariance) {
     judge_covariance({frame.estimate->x - frame.truth.x, frame.estimate->y - frame.truth.y, yaw_error},
-                     *frame.covariance);
+                     *frame.covariance, frame.in_view && frame.visible < kHidden);
   }
 }
 
@@ -111,7 +111,8 @@ void RobotMetrics::judge_finding(const ScoredFrame& frame, bool has_pose, bool w
   last_truth_ = frame.truth;
 }
 
-void RobotMetrics::judge_covariance(const Eigen::Vector3d& error, const Covariance3& covariance) {
+void RobotMetrics::judge_covariance(const Eigen::Vector3d& error, const Covariance3& covariance,
+                                    bool hidden) {
   const std::optional<double> nees = normalised_square<3>(error, covariance);
   const std::optional<double> on_floor =
       normalised_square<2>(error.head<2>(), Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
@@ -122,6 +123,9 @@ void RobotMetrics::judge_covariance(const Eigen::Vector3d& error, const Covarian
   ++nees_frames_;
   nees_sum_ += *nees;
   if (*on_floor <= kEllipse95) ++inside_ellipse_;
+  if (!hidden) return;
+  ++hidden_nees_frames_;
+  hidden_nees_sum_ += *nees;
 }
 
 void RobotMetrics::merge(const RobotMetrics& other) {
@@ -146,6 +150,8 @@ void RobotMetrics::merge(const RobotMetrics& other) {
   hidden_ += other.hidden_;
   hidden_wrong_ += other.hidden_wrong_;
   hidden_told_ += other.hidden_told_;
+  hidden_nees_sum_ += other.hidden_nees_sum_;
+  hidden_nees_frames_ += other.hidden_nees_frames_;
 }
 
 RobotScore RobotMetrics::score() const {
@@ -173,6 +179,9 @@ RobotScore RobotMetrics::score() const {
   out.hidden = hidden_;
   out.hidden_wrong = hidden_wrong_;
   out.hidden_told = hidden_told_;
+  out.hidden_nees_frames = hidden_nees_frames_;
+  if (hidden_nees_frames_ > 0)
+    out.hidden_nees_mean = hidden_nees_sum_ / static_cast<double>(hidden_nees_frames_);
   return out;
 }
 

@@ -66,6 +66,8 @@ struct RobotScore {
   std::size_t hidden = 0;
   std::size_t hidden_wrong = 0;
   std::size_t hidden_told = 0;
+  double hidden_nees_mean = 0.0;  ///< as nees_mean, over those of the counted frames in which it was hidden
+  std::size_t hidden_nees_frames = 0;
   std::size_t bad_covariances =
       0;  ///< with a pose, and a covariance not finite, not symmetric or not positive
 };
@@ -91,7 +93,7 @@ class RobotMetrics {
 
  private:
   void judge_finding(const ScoredFrame& frame, bool has_pose, bool wrong);
-  void judge_covariance(const Eigen::Vector3d& error, const Covariance3& covariance);
+  void judge_covariance(const Eigen::Vector3d& error, const Covariance3& covariance, bool hidden);
 
   std::optional<Time> came_into_view_;
   std::optional<Pose2> last_truth_;  ///< where it was in the frame before; none: carried about, or no frame
@@ -102,6 +104,8 @@ class RobotMetrics {
   std::size_t hidden_ = 0;
   std::size_t hidden_wrong_ = 0;
   std::size_t hidden_told_ = 0;
+  double hidden_nees_sum_ = 0.0;
+  std::size_t hidden_nees_frames_ = 0;
   std::size_t frames_ = 0;
   std::size_t measured_ = 0;
   std::size_t usable_ = 0;

@@ -43,7 +43,12 @@ Json robot_json(const std::string& id, const RobotScore& s) {
             {"never", s.never_found},
             {"mean_s", s.finds > 0 ? Json(s.find_mean_s) : Json(nullptr)},
             {"worst_s", s.finds > 0 ? Json(s.find_worst_s) : Json(nullptr)}}},
-          {"hidden", {{"frames", s.hidden}, {"wrong", s.hidden_wrong}, {"told", s.hidden_told}}}};
+          {"hidden",
+           {{"frames", s.hidden},
+            {"wrong", s.hidden_wrong},
+            {"told", s.hidden_told},
+            {"nees_frames", s.hidden_nees_frames},
+            {"nees_mean", s.hidden_nees_mean}}}};
 }
 
 Json robots_json(const RunScore& run, const KindScore& kind) {
@@ -109,6 +114,8 @@ void print_finding(const Json& entry, const std::string& left) {
   std::array<std::size_t, 5> sum{};  // found, never, hidden, wrong, told
   double seconds = 0.0;
   double worst = 0.0;
+  double nees = 0.0;
+  std::size_t nees_frames = 0;
   for (const Json& robot : entry["robots"]) {
     if (!robot["registered"].get<bool>()) continue;
     const Json& find = robot["find"];
@@ -119,6 +126,8 @@ void print_finding(const Json& entry, const std::string& left) {
     sum[2] += hidden["frames"].get<std::size_t>();
     sum[3] += hidden["wrong"].get<std::size_t>();
     sum[4] += hidden["told"].get<std::size_t>();
+    nees_frames += hidden["nees_frames"].get<std::size_t>();
+    nees += hidden["nees_frames"].get<double>() * hidden["nees_mean"].get<double>();
     if (count == 0) continue;
     seconds += static_cast<double>(count) * find["mean_s"].get<double>();
     worst = std::max(worst, find["worst_s"].get<double>());
@@ -128,8 +137,9 @@ void print_finding(const Json& entry, const std::string& left) {
               sum[0] > 0 ? figure("%.3f", seconds / static_cast<double>(sum[0]), 1.0, true).c_str() : "-",
               worst, sum[1]);
   if (sum[2] == 0) return;
-  std::printf("%shidden in %zu frames: %zu poses off by more than 0.1 m; %zu told as occluded\n",
-              left.c_str(), sum[2], sum[3], sum[4]);
+  const double mean = nees_frames > 0 ? nees / static_cast<double>(nees_frames) : 0.0;
+  std::printf("%shidden in %zu frames: %zu poses off by more than 0.1 m, NEES %s; %zu told as occluded\n",
+              left.c_str(), sum[2], sum[3], figure("%.2f", mean, 1.0, nees_frames > 0).c_str(), sum[4]);
 }
 
 void print_beneath(const Json& entry) {

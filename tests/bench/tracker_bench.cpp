@@ -1,5 +1,8 @@
 // From a frame in memory to poses: tracking, searching, and the baseline on the same frames.
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <ctime>
 
 #include <benchmark/benchmark.h>
 #include <opencv2/imgproc.hpp>
@@ -47,6 +50,62 @@ void tracked_frame_with_depth(benchmark::State& state) {
 }
 BENCHMARK(tracked_frame)->ArgName("robots")->Arg(1)->Arg(10)->Unit(benchmark::kMicrosecond);
 BENCHMARK(tracked_frame_with_depth)->ArgName("robots")->Arg(1)->Arg(10)->Unit(benchmark::kMicrosecond);
+
+// A tracker's CPU time for each frame.
+struct Contender {
+  Tracker tracker;
+  Player player;
+  bool sees_depth;
+  std::vector<double> seconds{};
+
+  std::size_t process() {
+    Frame frame = player.next();
+    if (!sees_depth) frame.depth.release();
+    const std::clock_t begin = std::clock();
+    const std::vector<RobotReport> reports = tracker.process(frame);
+    seconds.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    return static_cast<std::size_t>(
+        std::count_if(reports.begin(), reports.end(), [](const auto& report) { return report.measured; }));
+  }
+  double median() {
+    std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2),
+                     seconds.end());
+    return seconds[seconds.size() / 2];
+  }
+};
+
+// The same frames to all, in turn, so that what else the machine does falls on all alike: of a camera without
+// depth, of one with depth but without the depth's pictures, with them unused, with them used.
+void depth_costs(benchmark::State& state) {
+  const auto robots = static_cast<int>(state.range(0));
+  const Recording& plain = recording({.robots = robots, .depth = false});
+  const Recording& deep = recording({.robots = robots, .depth = true});
+  TrackerConfig unused;
+  unused.depth.use = false;
+  std::array<Contender, 4> all{{{Tracker({plain.camera}), Player(plain), false},
+                                {Tracker({deep.camera}), Player(deep), false},
+                                {Tracker({deep.camera}, unused), Player(deep), true},
+                                {Tracker({deep.camera}), Player(deep), true}}};
+  for (Contender& each : all) {
+    for (const RobotSpec& spec : deep.robots) each.tracker.add(spec);
+    for (int i = 0; i < kWarmUpFrames; ++i) each.process();
+    each.seconds.clear();
+  }
+  std::size_t measured = 0;
+  std::size_t first = 0;
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < all.size(); ++i) measured += all[(first + i) % all.size()].process();
+    ++first;
+  }
+  if (measured < static_cast<std::size_t>(state.iterations()) * all.size() * deep.robots.size())
+    state.SkipWithError("robots were not measured in every frame");
+  const double without = all[0].median();
+  state.counters["no_picture"] = all[1].median() / without;
+  state.counters["unused"] = all[2].median() / without;
+  state.counters["used"] = all[3].median() / without;
+  state.SetLabel(room_label({.robots = robots, .depth = true}));
+}
+BENCHMARK(depth_costs)->ArgName("robots")->Arg(1)->Arg(10)->Iterations(2000)->Unit(benchmark::kMicrosecond);
 
 void homography_frame(benchmark::State& state) {
   const Recording& room = recording(1);

@@ -136,6 +136,7 @@ RobotMetrics with_losses() {
     f.state = found ? TrackState::tracking : TrackState::predicting;
     f.estimate = Pose2{hidden ? 0.0201 * (i - 19) : 0.0, 0.0, 0.0};
     if (hidden && i < 24) f.state = TrackState::occluded;
+    if (i != 20) f.covariance = Covariance3(Eigen::Vector3d(0.0001, 1.0, 1.0).asDiagonal());
     metrics.add(f);
   }
   return metrics;
@@ -162,9 +163,13 @@ TEST(Metrics, TellWhatWasSaidOfARobotWhileItWasHidden) {
   EXPECT_EQ(score.hidden, 10U);
   EXPECT_EQ(score.hidden_wrong, 6U) << "from the fifth frame on";
   EXPECT_EQ(score.hidden_told, 4U);
+  EXPECT_EQ(score.hidden_nees_frames, 9U) << "one had no covariance";
+  EXPECT_NEAR(score.hidden_nees_mean, (385 - 1) * 2.01 * 2.01 / 9, 1e-6) << "squares of 2 to 10";
   RobotMetrics twice = with_losses();
   twice.merge(with_losses());
   EXPECT_EQ(twice.score().hidden_wrong, 12U);
+  EXPECT_EQ(twice.score().hidden_nees_frames, 18U);
+  EXPECT_NEAR(twice.score().hidden_nees_mean, score.hidden_nees_mean, 1e-9);
   EXPECT_EQ(twice.score().finds, 4U);
   EXPECT_EQ(twice.score().never_found, 2U);
 }
