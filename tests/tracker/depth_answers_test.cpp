@@ -98,11 +98,23 @@ TEST(HeightCheck, WhatLastsIsAllowedForAndNeverAveragedAway) {
   const double uneven = looks.floor.fit().uneven_m;
   EXPECT_NEAR(uneven, 0.014, 0.004);
   ASSERT_GT(2.7 * uneven, 0.025 + 0.002) << "more than the tolerance";
+  EXPECT_GE(look_at(looks.floor, scene.render(), square(0.28, 0.0), {}).sigma_m, uneven);
   for (int i = 0; i < 100; ++i) {
     const auto [answer, look] = looks.until_clear(2.7 * uneven, 0.0005);
     EXPECT_EQ(answer, HeightCheck::Answer::right);
     EXPECT_EQ(look, 1);
     EXPECT_EQ(looks.until_clear(4.0 * uneven, 0.0005).first, HeightCheck::Answer::wrong);
+  }
+}
+
+// A cell good to 6 cm is higher than its robot by the tolerance in one case of three.
+TEST(SurfaceLook, NoiseAloneCoversNobody) {
+  DepthScene scene{.width_px = 320, .height_px = 240, .focal_px = 250, .noise_m = 0.12};
+  scene.boxes = {{.x = 0.2, .y = 0.1, .height = 0.14}};
+  const FloorDepth floor = learnt(scene, camera_of(scene));
+  for (std::uint32_t seed = 1; seed <= 5; ++seed) {
+    scene.seed = seed;
+    EXPECT_FALSE(covered(look_at(floor, scene.render(), square(0.28, 0.14), {0.2, 0.1, 0.0}), {})) << seed;
   }
 }
 

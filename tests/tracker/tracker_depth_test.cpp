@@ -2,69 +2,17 @@
 // look at things of the robot's height first; and frames without depth are as ever.
 #include <gmock/gmock.h>
 
-#include "tests/support/flat_scene.hpp"
-#include "tests/tracker/depth_scene.hpp"
-#include "tracker/tracker.hpp"
+#include "tests/tracker/depth_room.hpp"
 
 namespace skylight {
 namespace {
 
 using testing::HasSubstr;
 
-constexpr double kHeight = 0.1;
-constexpr double kSide = 0.24;
-
-Time at_frame(int frame) {
-  return Time{} + from_seconds(1000.0 + frame / 30.0);
-}
-
-// One robot, as a picture and as a box.
-struct Room {
-  test::FlatScene picture;
-  test::DepthScene depth;
-
-  explicit Room(const Pose2& pose) {
-    picture.noise = 2.0;
-    picture.floor_speckle = 500;
-    picture.pictures = {{.image = test::corner_picture(51), .height_m = kHeight, .pose = pose}};
-    depth.noise_m = 0.012;
-    depth.error = [](double z, double, double) { return 1.0 / (1.0 / z + 0.005) - z; };
-    depth.boxes = {{.x = pose.x, .y = pose.y, .length = kSide, .width = kSide, .height = kHeight}};
-  }
-
-  Frame frame(int at, bool with_depth = true) const {
-    Frame out = picture.render(at_frame(at));
-    test::DepthScene now = depth;
-    now.seed = static_cast<std::uint32_t>(at + 1);
-    if (with_depth) out.depth = now.render();
-    return out;
-  }
-
-  // A board over the robot, 1 m above the floor.
-  Room covered() const {
-    Room out = *this;
-    const test::DepthBox board{
-        .x = depth.boxes[0].x, .y = depth.boxes[0].y, .length = 0.5, .width = 0.5, .height = 1.0};
-    out.depth.boxes.push_back(board);
-    const Pixel corner = picture.pixel(board.x - 0.25, board.y + 0.25, 1.0);
-    const int side = static_cast<int>(0.5 / picture.metres_per_px(1.0));
-    out.picture.covers_px = {{static_cast<int>(corner.x()), static_cast<int>(corner.y()), side, side}};
-    return out;
-  }
-
-  RobotSpec robot() const {
-    return {.id = "anna",
-            .appearance = test::appearance_of(picture.pictures[0]),
-            .initial_pose = picture.pictures[0].pose};
-  }
-};
-
-TrackerConfig quick() {
-  TrackerConfig config;
-  config.depth.learn_frames = 1;
-  config.search = {.steps_per_frame = 1, .first_steps_per_frame = 1};
-  return config;
-}
+using test::at_frame;
+using test::kHeight;
+using test::quick;
+using test::Room;
 
 TEST(TrackerDepth, ARobotUnderSomethingHigherIsOccludedNotLost) {
   const Room room({0.3, 0.2, 0.0});
