@@ -84,5 +84,44 @@ TEST(DepthSearch, LooksAtFewThingsInAStepAndAtEachInItsTurn) {
   EXPECT_LE(frames, 8);
 }
 
+// A tag of 8 cm on a bare robot.
+Room with_tag(Room room) {
+  const TagPattern pattern = tag_pattern("36h11", 7);
+  cv::Mat& image = room.picture.pictures[0].image;
+  image = cv::Mat(240, 240, CV_8UC3, cv::Scalar(70, 70, 70));
+  const int corner = (240 - 12 * pattern.cells.cols) / 2;
+  for (int r = 0; r < pattern.cells.rows; ++r) {
+    for (int c = 0; c < pattern.cells.cols; ++c) {
+      cv::rectangle(image, cv::Rect(corner + 12 * c, corner + 12 * r, 12, 12),
+                    cv::Scalar::all(pattern.cells.at<std::uint8_t>(r, c) != 0 ? 230 : 25), cv::FILLED);
+    }
+  }
+  return room;
+}
+
+RobotSpec tagged() {
+  return {.id = "anna",
+          .tag = TagSpec{.id = 7, .size_m = 0.096, .height_m = kHeight},
+          .detector = DetectorKind::apriltag};
+}
+
+TEST(DepthSearch, TagsAreSearchedForOnThingsOfTheirHeight) {
+  const Room room = with_tag(Room({0.9, -0.7, 0.3}));
+  Tracker tracker({room.picture.camera()}, quick());
+  tracker.add(tagged());
+  const RobotReport report = tracker.process(room.frame(0)).at(0);
+  ASSERT_TRUE(report.measured) << report.reason;
+  EXPECT_LT((report.measured->pose.position() - Eigen::Vector2d(0.9, -0.7)).norm(), 0.003);
+}
+
+TEST(DepthSearch, ATagInAHoleOfTheDepthIsFoundThoughThereAreThingsOfItsHeight) {
+  Room room = with_tag(Room({0.7, -0.5, 1.0}));
+  room.depth.boxes = {box(-0.6, 0.4)};
+  Tracker tracker({room.picture.camera()}, quick());
+  tracker.add(tagged());
+  const Frame frame = with_hole(room.frame(0), room, {0.7, -0.5, 1.0});
+  EXPECT_LT(frames_until(tracker, frame, 0, 0, 40), 30);
+}
+
 }  // namespace
 }  // namespace skylight

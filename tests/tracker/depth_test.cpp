@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include <gmock/gmock.h>
+#include <opencv2/imgproc.hpp>
 
 #include "tests/tracker/learnt_floor.hpp"
 #include "tracker/depth/blobs.hpp"
@@ -161,6 +162,17 @@ TEST(SurfaceLook, SaysNothingWhereThereAreNoReadings) {
   EXPECT_FALSE(tells(outside));
 }
 
+// The lower half of the picture, which is the robot's back, is no part of it.
+TEST(Surface, IsMadeOfThePlacesThatBelongToThePicture) {
+  cv::Mat image = test::corner_picture(51);
+  cv::cvtColor(image, image, cv::COLOR_BGR2BGRA);
+  image.rowRange(image.rows / 2, image.rows).setTo(cv::Scalar(0, 0, 0, 0));
+  const Appearance front("front", {.image = image, .metres_per_pixel = 0.001, .surface_height_m = 0.1});
+  const Surface surface = surface_of(front, 0.1);
+  EXPECT_THAT(surface.places_m, SizeIs(72)) << "half of twelve by twelve";
+  for (const Eigen::Vector2d& place : surface.places_m) EXPECT_GT(place.x(), front.centre_m().x());
+}
+
 TEST(SurfaceLook, ALookAlikeOnABoxIsAtTheWrongHeight) {
   DepthScene scene = erring();
   scene.boxes = {{.x = 0.2, .y = 0.1, .height = 0.25}};
@@ -207,6 +219,7 @@ TEST(Blobs, AreThingsOfARobotsHeightAndSize) {
                  {.x = 0.9, .y = -0.5, .height = 0.5},                                 // a bin
                  {.x = 0.3, .y = 0.3, .length = 0.07, .width = 0.07},                  // a cup
                  {.x = -0.3, .y = -1.0, .length = 1.5, .width = 0.6, .height = 0.14},  // a pallet
+                 {.x = -0.3, .y = -0.35, .length = 1.3, .width = 0.1},                 // a plank
                  {.x = 1.0, .y = 0.8, .length = 0.3, .width = 0.3},  // two robots that touch
                  {.x = 1.3, .y = 0.8, .length = 0.3, .width = 0.3}};
   const FloorDepth floor = learnt(scene, camera_of(scene));

@@ -252,28 +252,6 @@ TEST(TrackerDepth, WhoWasCarriedAwayIsSearchedForAtOnce) {
   }
 }
 
-// A tag of 8 cm on a bare robot.
-TEST(TrackerDepth, TagsAreSearchedForOnBlobsToo) {
-  Room room({0.9, -0.7, 0.3});
-  const TagPattern pattern = tag_pattern("36h11", 7);
-  cv::Mat& image = room.picture.pictures[0].image;
-  image = cv::Mat(240, 240, CV_8UC3, cv::Scalar(70, 70, 70));
-  const int corner = (240 - 12 * pattern.cells.cols) / 2;
-  for (int r = 0; r < pattern.cells.rows; ++r) {
-    for (int c = 0; c < pattern.cells.cols; ++c) {
-      cv::rectangle(image, cv::Rect(corner + 12 * c, corner + 12 * r, 12, 12),
-                    cv::Scalar::all(pattern.cells.at<std::uint8_t>(r, c) != 0 ? 230 : 25), cv::FILLED);
-    }
-  }
-  Tracker tracker({room.picture.camera()}, quick());
-  tracker.add({.id = "anna",
-               .tag = TagSpec{.id = 7, .size_m = 0.096, .height_m = kHeight},
-               .detector = DetectorKind::apriltag});
-  const RobotReport report = tracker.process(room.frame(0)).at(0);
-  ASSERT_TRUE(report.measured) << report.reason;
-  EXPECT_LT((report.measured->pose.position() - Eigen::Vector2d(0.9, -0.7)).norm(), 0.003);
-}
-
 TEST(TrackerDepth, MeasuresTheHeightOfARobotThatIsTracked) {
   const Room room({0.3, 0.2, 0.0});
   RobotSpec robot = room.robot();
