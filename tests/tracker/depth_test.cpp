@@ -78,6 +78,26 @@ TEST(FloorDepth, MeasuresItsOwnNoiseAndWhatLasts) {
   EXPECT_NEAR(rippled.fit().uneven_m, 0.006, 0.002);
 }
 
+// What parts of the floor have in common by chance is noise, which says nothing of what lasts.
+TEST(FloorDepth, NoiseIsNotTakenForWhatLasts) {
+  DepthScene scene;
+  scene.noise_m = 0.08;
+  const FloorDepth floor = learnt(scene, camera_of(scene));
+  const double by_chance = floor.fit().noise_m / std::sqrt(8000.0 / 64.0);
+  EXPECT_NEAR(floor.fit().noise_m, 0.04, 0.004);
+  EXPECT_LT(floor.fit().uneven_m, 0.6 * by_chance);
+}
+
+TEST(FloorDepth, ACellNeedsTwoOfItsFourReadings) {
+  DepthScene scene;
+  const FloorDepth floor = learnt(scene, camera_of(scene));
+  cv::Mat depth = scene.render();
+  for (int row = 2; row < depth.rows; row += 4) depth.row(row).setTo(0);
+  EXPECT_NEAR(floor.height(depth, 80, 60), 0.0F, 0.002F);
+  for (int column = 2; column < depth.cols; column += 4) depth.col(column).setTo(0);
+  EXPECT_TRUE(std::isnan(floor.height(depth, 80, 60)));
+}
+
 TEST(FloorDepth, FollowsASensorThatDrifts) {
   DepthScene scene = erring();
   scene.width_px = 320;
