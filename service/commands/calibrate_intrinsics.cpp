@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "service/assembly.hpp"
 #include "service/calibration/documents.hpp"
+#include "service/calibration/guide.hpp"
 #include "service/calibration/views.hpp"
 #include "service/clock.hpp"
 #include "service/commands/calibrate.hpp"
@@ -20,7 +22,10 @@ using calibration::BoardView;
 using Json = nlohmann::ordered_json;
 
 struct IntrinsicsFlags {
-  std::vector<std::string> inputs;
+  std::vector<std::string> inputs;  ///< empty: a camera of the configuration, live
+  ConfigFlags config;
+  std::string camera;
+  double duration_s = 120.0;
   std::string board;
   std::string lens = "auto";
   std::string out;
@@ -34,7 +39,7 @@ struct Found {
   cv::Size size;
 };
 
-constexpr std::size_t kFewestViews = 3;
+constexpr std::size_t kFewestViews = IntrinsicsGuide::kFewestViews;
 
 /// Pictures by name, whatever holds them.
 template <class Use>
@@ -69,19 +74,83 @@ void thin(Found& found, int most) {
   found.views = std::move(kept);
 }
 
-Found find_boards(const IntrinsicsFlags& flags, const Board& board) {
-  calibration::ViewCollector collector(board);
-  Found found;
-  {
-    Progress progress("looking for the board", 0);
-    for (const std::string& input : flags.inputs) {
-      for_each_picture(input, [&](const std::string& name, const cv::Mat& picture) {
-        const auto looked = collector.look(name, picture);
-        if (!looked.taken) found.without.push_back({.name = name, .used = false, .why_not = looked.why_not});
-        progress.step();
-      });
-    }
+void look_at_pictures(const IntrinsicsFlags& flags, calibration::ViewCollector& collector, Found& found) {
+  Progress progress("looking for the board", 0);
+  for (const std::string& input : flags.inputs) {
+    for_each_picture(input, [&](const std::string& name, const cv::Mat& picture) {
+      const auto looked = collector.look(name, picture);
+      if (!looked.taken) found.without.push_back({.name = name, .used = false, .why_not = looked.why_not});
+      progress.step();
+    });
   }
+}
+
+std::size_t camera_index(const Assembly& assembly, const std::string& id) {
+  std::string known;
+  for (std::size_t i = 0; i < assembly.cameras.size(); ++i) {
+    if (assembly.cameras[i].id == id || (id.empty() && assembly.cameras.size() == 1)) return i;
+    known += (known.empty() ? "" : ", ") + assembly.cameras[i].id;
+  }
+  throw UsageError(id.empty() ? "which camera? Give --camera, one of: " + known
+                              : "--camera: there is no camera '" + id + "', there are: " + known);
+}
+
+// Says why there are no pictures, for as long as this lives.
+class Complaints {
+ public:
+  explicit Complaints(FrameSource& source) : source_(source) {
+    source_.watch([this] {
+      for (const FeedStatus& feed : source_.feeds()) {
+        if (!feed.reason.empty()) std::fprintf(stderr, "%s\n", feed.reason.c_str());
+      }
+    });
+  }
+  ~Complaints() { source_.watch({}); }
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+
+ private:
+  FrameSource& source_;
+};
+
+/// Until nothing is missing, or the time is up. Says what it took and what is missing.
+void look_at_camera(const IntrinsicsFlags& flags, calibration::ViewCollector& collector) {
+  if (flags.config.file.empty() && flags.config.sets.empty())
+    throw UsageError("which pictures? Give some, or a live camera's --config");
+  const Assembly assembly = assemble(flags.config.load());
+  if (!assembly.source->live())
+    throw UsageError("the configuration's source is no live camera: give its pictures or video by name");
+  const std::size_t index = camera_index(assembly, flags.camera);
+  if (assembly.source->feeds().at(index).kind == "posted")
+    throw UsageError(
+        "camera '" + assembly.cameras[index].id +
+        "' is posted to a running service: calibrate it there, with POST .../calibration/intrinsics");
+  const Complaints complaints(*assembly.source);
+  std::optional<Time> begun;
+  std::string said;
+  while (const auto frame = assembly.source->next()) {
+    if (frame->camera != index) continue;
+    if (!begun) begun = frame->captured;
+    if (to_seconds(frame->captured - *begun) > flags.duration_s) return;
+    const std::size_t count = collector.views().size();
+    const auto looked = collector.look("view " + std::to_string(count + 1), frame->image, frame->captured);
+    if (looked.taken) {
+      const auto missing = calibration::missing_views(
+          calibration::coverage_of(collector.views(), assembly.cameras[index].model.intrinsics()));
+      if (missing.empty() && count + 1 >= IntrinsicsGuide::kGoodViews) return;
+      std::fprintf(stderr, "view %zu taken; %s\n", count + 1, missing.empty() ? "more" : missing[0].c_str());
+    } else if (looked.why_not != said) {
+      std::fprintf(stderr, "%s\n", looked.why_not.c_str());
+    }
+    said = looked.why_not;
+  }
+}
+
+Found find_boards(const IntrinsicsFlags& flags, const Board& board) {
+  const bool live = flags.inputs.empty();
+  calibration::ViewCollector collector(board, live ? calibration::kLiveViews : calibration::CollectOptions{});
+  Found found;
+  live ? look_at_camera(flags, collector) : look_at_pictures(flags, collector, found);
   found.views = collector.views();
   found.size = collector.size();
   if (found.views.size() < kFewestViews) {
@@ -160,9 +229,19 @@ void add_calibrate_intrinsics(CLI::App& calibrate_command, Run& run) {
       "it will "
       "be used (same size, focus and zoom): the board near enough to fill a third of the picture, in all of "
       "its "
-      "corners, tilted to all sides by 15 to 45 degrees, held still. Or film it while it is moved slowly.\n\n"
-      "  skylight calibrate intrinsics pictures/ --board chessboard:9x6:0.025 --out hall.json");
-  command->add_option("inputs", flags->inputs, "Pictures, folders of pictures, videos")->required();
+      "corners, tilted to all sides by 15 to 45 degrees, held still. Or film it while it is moved slowly. "
+      "Before a live camera hold it still for a second at each place: what is taken and what is missing is "
+      "said.\n\n"
+      "  skylight calibrate intrinsics pictures/ --board chessboard:9x6:0.025 --out hall.json\n"
+      "  skylight calibrate intrinsics --config my.json --camera hall --board chessboard:9x6:0.025 --out "
+      "hall.json");
+  auto* inputs = command->add_option("inputs", flags->inputs,
+                                     "Pictures, folders of pictures, videos; none: a live camera");
+  flags->config.add_to(*command);
+  command->get_option("--config")->excludes(inputs);
+  command->add_option("--camera", flags->camera, "With --config: which camera, where there are several");
+  command->add_option("--duration", flags->duration_s, "Seconds before a live camera, at most (120)")
+      ->check(CLI::Range(1.0, 3600.0));
   command
       ->add_option("--board", flags->board,
                    "chessboard:COLUMNSxROWS:SQUARE, counting inner corners, or "

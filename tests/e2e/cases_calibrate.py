@@ -126,6 +126,13 @@ class Calibrate(Case):
         lens = self.write(self._testMethodName + ".json", self.LENS)
         for arguments, code, words in (
                 (("intrinsics", lens.parent), 2, "--board"),
+                (("intrinsics", "--board", "chessboard:9x6:0.02"), 2, "which pictures"),
+                (("intrinsics", "--board", "chessboard:9x6:0.02", "--set", "source.type=cameras", "--set",
+                  'cameras=[{"id": "hall", "intrinsics": {"width_px": 640, "height_px": 480, "fx_px": 400, "fy_px": 400,'
+                  ' "cx_px": 320, "cy_px": 240}, "overhead": {"height_m": 3}, "source": {"type": "posted"}}]'), 2,
+                 "camera 'hall' is posted to a running service"),
+                (("intrinsics", "--board", "chessboard:9x6:0.02", "--set", "source.type=simulator"), 2,
+                 "no live camera"),
                 (("intrinsics", lens.parent, "--board", "chess"), 2, "chessboard:9x6:0.025"),
                 (("intrinsics", lens.parent / "none", "--board", "chessboard:9x6:0.02"), 1, "none"),
                 (("extrinsics", "--camera", lens), 2, "names no picture"),
